@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Builds Verlet lists as a block program outside of the step loop, so that tests can read them.
+// Builds Verlet lists by a block program of its own, without the step loop, so that tests can read
+// the lists.
 
 #pragma once
 
@@ -15,7 +16,8 @@
 
 namespace rve_test {
 
-/// Builds the next list from the one of the image and stores it if it fits.
+/// Block program that builds a new list from the old list of the device state. It stores the new
+/// list if its pairs fit.
 template <class Config> struct BuildList {
   char *image, *workspace;
   rve::MotionOf<Config> *motion;
@@ -59,10 +61,11 @@ template <class Config> struct BuildList {
 struct ListedPair {
   int owner, partner;
   double history;
-  bool extra;    ///< not in one of the owner's slots
+  bool extra;    ///< true for an extra pair, which is in no slot of its owner
 };
 
-/// Grains that begin without contact histories; build() may be called any number of times.
+/// Grains with a Verlet list in a device state. They start without contact histories. Each call of
+/// build() replaces the list.
 template <class Numbers> class ListHarness {
   using Config = rve::VariantConfig<rve::KernelVariant::Plain, Numbers>;
 
@@ -106,7 +109,7 @@ template <class Numbers> class ListHarness {
     return count.values()[0];
   }
 
-  /// Builds the list by one CPU thread, also in a Cuda test.
+  /// Builds the list in one CPU thread. A Cuda test uses it too.
   int build_serial()
   {
     std::vector<char> workspace(workspace_size());
@@ -162,7 +165,7 @@ template <class Numbers> class ListHarness {
 
   rve::Tensor2 cell;
   double skin;
-  std::vector<char> image;    ///< image between builds
+  std::vector<char> image;    ///< device state
 
  private:
   rve::DeviceStateView<Config> view()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Functions of a block: every collective against a plain loop, for any number of threads.
+// Compares every collective function of a block with a plain loop, for several numbers of threads.
 
 #include "rve/algorithm/reorder.h"
 #include "support/block_runner.h"
@@ -30,8 +30,8 @@ class Block : public BlockTest {
       }
   }
 
-  /// Calls check(threads, count, in_registers) for all combinations that the contract of resident
-  /// items allows.
+  /// Calls check(threads, count, in_registers) for all valid combinations. Items in registers
+  /// require at least one thread per item.
   template <class Check> void for_resident_sizes(Check check)
   {
     for_sizes([&](int threads, int count) {
@@ -52,7 +52,7 @@ std::vector<double> random_numbers(int count, std::uint64_t seed)
   return numbers;
 }
 
-/// Returns 64-bit numbers whose sum carries between the halves, in both directions.
+/// Returns 64-bit numbers whose sum carries between the 32-bit halves, in both directions.
 std::vector<std::int64_t> random_integers(int count, std::uint64_t seed)
 {
   Random random(seed);
@@ -75,7 +75,7 @@ struct VisitAll {
   }
 };
 
-/// Each phase reads the results of other items from the phase before.
+/// Each phase reads the results of other items in the previous phase.
 struct ReverseTwice {
   int count;
   int *numbers, *mirror;
@@ -86,7 +86,8 @@ struct ReverseTwice {
   }
 };
 
-/// Work aside of a phase runs once, and its results are visible after the phase.
+/// A phase may have additional work besides its items. It runs once, and its results are visible
+/// after the phase.
 struct CountAside {
   int count;
   int *visits, *calls;    ///< (count), (5)
@@ -115,7 +116,7 @@ struct CountOnce {
 struct AnyIsSet {
   int count;
   const int *flags;
-  int *answers;    // one per item: every thread must have the same answer
+  int *answers;    // (count); every thread must get the same answer
   int *asides;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
@@ -151,7 +152,7 @@ struct SumAndMaximum {
 struct SumIntegers {
   int count;
   const std::int64_t *numbers;
-  std::int64_t *answers;    // three per item and three more
+  std::int64_t *answers;    // (count + 1, 3)
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     for (int round = 0; round < 2; ++round) {    // twice, to reuse the scratch memory
@@ -223,8 +224,8 @@ struct AddToCounters {
   }
 };
 
-/// Item i adds to sum i % num_sums. Then every sum is collected, filled and collected again, and
-/// collected a last time when it is empty.
+/// Item i adds to sum i % num_sums. Every sum is filled and collected twice. It is then collected a
+/// third time, when it is empty.
 template <class Integer> struct AccumulateAndCollect {
   int count, num_sums;
   const Integer *numbers;
@@ -268,7 +269,7 @@ struct KeepResident {
   int count;
   ItemState *states;
   double *published;
-  double *answers;    // read from `states` by another item after they were saved
+  double *answers;    // (count); read from the saved `states` of another item
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
@@ -303,12 +304,13 @@ std::vector<ItemState> item_states(int count)
   return states;
 }
 
-/// Phases over places: those of items and those of threads without an item. An item counts two and
-/// an empty place one.
+/// Visits all places of a block: each item has a place, and so has each thread without an item. A
+/// phase over registers adds two to the place of an item and one to an empty place. A phase over
+/// empty registers adds one to an empty place.
 struct VisitPlaces {
   int count;
   int *visits;    ///< (places)
-  int *found;     ///< (2) 1 if the last item is in a place; 1 if an item with a negative number is
+  int *found;     ///< (2) 1 if the last item was visited; 1 if an item before the first was
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
@@ -326,7 +328,7 @@ struct VisitPlaces {
   }
 };
 
-/// The collectives over resident items. Every item stores the answers, and one more thread does.
+/// The collectives over resident items. `count` items and one more item store the answers.
 struct CollectFromItems {
   int count;
   const float *sizes;    // not negative
@@ -335,7 +337,7 @@ struct CollectFromItems {
   std::int64_t *sums;              // (count + 1, 2)
   int *any_above, *any_at_all;     // (count + 1) 1 if a size exceeds 1e3; 1 if a size exceeds -1
   rve::Reduction<2> *reduction;    // in memory that all threads can read
-  std::int64_t *added;             // (3) sums, and a result that one thread computes from them
+  std::int64_t *added;             // (3) two sums, and a number that one thread computes from them
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
@@ -580,8 +582,8 @@ TEST_F(Block, ConcurrentAdditionsAreExact)
 
 TEST_F(Block, AccumulatedSumsAreCollectedExactlyAndLeaveZero)
 {
-  // 64-bit sums consist of two limbs of 24 bits and the rest. 256 terms below 2^55 / 256 fit, even
-  // if all are at one end of the range or carry from limb to limb.
+  // A 64-bit sum is stored as two limbs: the low 24 bits and the rest. 256 terms below 2^55 / 256
+  // fit, even if all terms are at one end of the range or carry from limb to limb.
   constexpr std::int64_t LIMIT = std::int64_t(1) << 47;
   constexpr int MOST_TERMS = 256;
   const std::vector<std::vector<std::int64_t>> mixtures = {
@@ -692,7 +694,7 @@ TEST_F(Block, PlacesAreThoseOfAllItemsAndOfThreadsWithoutOne)
 
     const auto result = visits.values();
     for (int i = 0; i < count; ++i) ASSERT_EQ(result[i], 2);
-    // The block has threads without an item in both phases.
+    // The places of threads without an item are visited in both phases or in none.
     for (int i = count; i < places; ++i) {
       ASSERT_EQ(result[i], result.back());
       ASSERT_NE(result[i], 1);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Results of an RVE against the O(N^2) oracle in double precision.
+// Compares the results of an RVE with an oracle: a sum over all pairs of grains in double
+// precision.
 
 #include "oracle/homogenization.h"
 #include "rve/engine/engine.h"
@@ -15,9 +16,10 @@ using namespace rve_test;
 
 namespace {
 
-/// A format with the relative error of its contact forces at the overlaps of these tests (1e-3 to
-/// 1e-2): `fast` rounds R^2 - d^2 by 6e-8 R^2; `mixed` rounds the rest in fp32; `double` sums
-/// forces in units of 2^-52 of the largest.
+/// A number format and the relative error of its contact forces at the relative overlaps of these
+/// tests, 1e-3 to 1e-2. With the sum of radii R and the distance d, `fast` rounds R^2 - d^2 by 6e-8
+/// R^2. `mixed` has R^2 - d^2 in fp64 and all else in fp32. `double` sums forces in units of 2^-52
+/// of the largest force.
 struct FormatCase {
   Format format;
   double error;
@@ -34,7 +36,7 @@ class Homogenization : public ::testing::TestWithParam<FormatCase> {
     return make_engine(options);
   }
 
-  /// Returns the state after `steps` of simple shear as the engine stores it, and its result.
+  /// Shears the state for `steps` steps. Returns the state as the engine stores it, and its result.
   std::pair<RveState, Result> sheared(const RveState &start, double rate, int steps) const
   {
     const auto rves = engine();
@@ -62,12 +64,13 @@ class Homogenization : public ::testing::TestWithParam<FormatCase> {
     EXPECT_EQ(result.num_rattlers, oracle.num_rattlers);
     EXPECT_DOUBLE_EQ(result.coordination_number, oracle.coordination_number);
     EXPECT_DOUBLE_EQ(result.mechanical_coordination_number, oracle.mechanical_coordination_number);
-    // The counts agree; in fp32 a spring at its limit may count either way.
+    // The numbers of sliding contacts agree. In `fast` a spring at its Coulomb limit may count as
+    // sliding or not.
     EXPECT_NEAR(result.sliding_fraction, oracle.sliding_fraction,
                 GetParam().format == Format::Fast ? 2.01 / count : 1e-12);
     EXPECT_NEAR(result.void_ratio, oracle.void_ratio,
                 1e-6 * (1.0 + oracle.void_ratio));    // radii of `fast` are fp32
-    // The forces on a grain cancel, but not their errors.
+    // The forces on a grain cancel. Their rounding errors do not cancel.
     EXPECT_NEAR(result.unbalanced_ratio, oracle.unbalanced_ratio, 4.0 * error);
     EXPECT_NEAR(result.kinetic_energy, oracle.kinetic_energy,
                 1e-12 * oracle.kinetic_energy);    // sums in double
@@ -158,7 +161,8 @@ TEST_P(Homogenization, OfAGasIsZeroStress)
 
 TEST_P(Homogenization, StressIsSymmetricInEquilibriumAndSlopesWithTheElasticEnergy)
 {
-  // Without friction the packing is hyperelastic: V sigma : dF = dE.
+  // Without friction the packing is hyperelastic: V sigma : dF = dE, with the volume V, the
+  // deformation F and the elastic energy E.
   RveState start = packing_of_400();
   start.material.friction = 0.0;
   const double strain = 1e-6;
@@ -178,8 +182,8 @@ TEST_P(Homogenization, StressIsSymmetricInEquilibriumAndSlopesWithTheElasticEner
 
     const double slope = (energy(direction, 1.0) - energy(direction, -1.0)) / (2.0 * strain);
 
-    // The difference of two energies (about 10 strain units of the stress) has their rounding error
-    // divided by the strain.
+    // The slope is a difference of two energies divided by the strain. It has the rounding error of
+    // the energies divided by the strain.
     const double error = GetParam().error * result.elastic_energy / strain / 10.0 +
         1e-4 * volume * result.mean_stress();
     EXPECT_NEAR(slope, expected, error);

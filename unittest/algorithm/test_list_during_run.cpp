@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A run finds all contacts: after every step each touching pair is in the list, for any motion of
+// A run misses no contact: after every step the list contains each touching pair, for any motion of
 // the cell and the grains.
 
 #include "oracle/all_pairs.h"
@@ -68,7 +68,8 @@ TEST_P(ListDuringARun, HoldsEveryContact)
     const auto engine = make_engine(options);
     const int rve = engine->add(start);
     std::vector<Result> results;
-    // Contacts thinner than the rounding error of fp32 lengths may appear on one side only.
+    // The engine and the oracle may disagree about contacts with an overlap below the rounding
+    // error of a length.
     const double doubt = format == Format::Fast ? 1e-8 : 1e-14;
 
     for (int step = 0; step < course.steps; step += course.steps_per_look) {
@@ -103,8 +104,8 @@ TEST_P(ListDuringARun, HoldsEveryContact)
 
 TEST(AllowedDisplacement, KeepsUnlistedPairsApartForAnyStrain)
 {
-  // A pair is just outside of the list, and both grains move towards each other as far as allowed
-  // in a strained cell.
+  // The gap of a pair is just too large for the list. Then the cell is strained, and both grains
+  // move towards each other as far as is allowed before a rebuild.
   Random random(1);
   const Tensor2 list_cell{{2.0, 0.3, -0.2, 1.7}};
   const double skin = 0.05, smallest = 0.1, largest = 0.4;
@@ -124,7 +125,7 @@ TEST(AllowedDisplacement, KeepsUnlistedPairsApartForAnyStrain)
     const double gap = std::sqrt(dot(strained, strained)) - 2.0 * allowed - sum;
 
     ASSERT_GT(gap, -1e-8 * sum) << "sum of radii " << sum << ", smallest stretch "
-                                << smallest_stretch(g);    // see SmallestStretch
+                                << smallest_stretch(g);    // error of smallest_stretch()
     closest = std::min(closest, gap);
   }
   EXPECT_LT(closest, 0.01 * skin);    // the bound is sharp: it is nearly reached

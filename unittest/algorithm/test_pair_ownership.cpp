@@ -27,14 +27,14 @@ int count_extra(const std::vector<ListedPair> &pairs)
       std::count_if(pairs.begin(), pairs.end(), [](const ListedPair &pair) { return pair.extra; }));
 }
 
-/// Returns a history that identifies its pair; exact in fp32.
+/// Returns a history that identifies its pair. It is exact in fp32.
 double mark(int i, int j)
 {
   return 1.0 + 1024.0 * std::min(i, j) + std::max(i, j);
 }
 
-/// Builds a list, marks it, moves the grains and the cell and builds again. Returns the numbers of
-/// marks on owned and on extra pairs.
+/// Builds a list, gives each pair a mark as its history, moves the grains and the cell, and builds
+/// the list again. Returns how many owned and how many extra pairs kept their mark.
 template <class Format>
 std::pair<int, int> marks_after_rebuild(Throw grains, double skin, int threads)
 {
@@ -76,8 +76,8 @@ std::pair<int, int> marks_after_rebuild(Throw grains, double skin, int threads)
 
 TYPED_TEST(PairOwnership, OfAPackingLeavesNoPairOver)
 {
-  // A_h1 has 2.8 to 2.9 pairs per grain for three slots: the search for a free slot may end before
-  // the last few pairs have one.
+  // A grain has three slots for pairs. A_h1 has 2.8 to 2.9 pairs per grain, so that the search for
+  // a free slot may end before the last few pairs have one.
   for (const char *name : {"/A_h0075.rve", "/A_h1.rve", "/A20_h0075.rve"}) {
     const auto packing = rve::read_packing(std::string(RVE_PACKINGS_DIR) + name);
     double mean = 0.0;
@@ -97,7 +97,7 @@ TYPED_TEST(PairOwnership, OfAPackingLeavesNoPairOver)
 
 TYPED_TEST(PairOwnership, OfATriangularLatticeIsNearlyPerfect)
 {
-  // The most difficult case has three pairs for each grain, so that every slot is used.
+  // This is the most difficult case: three pairs per grain use all three slots of each grain.
   const int side = 16;
   std::vector<double> radius(side * side, 1.0);
   std::vector<std::uint64_t> fractional;
@@ -112,7 +112,8 @@ TYPED_TEST(PairOwnership, OfATriangularLatticeIsNearlyPerfect)
 
   EXPECT_EQ(num_pairs, 3 * side * side);
   EXPECT_LE(count_extra(list.pairs()),
-            // the rounds of offers are limited, so that a few pairs may be left
+            // a few pairs may remain without an owner, since the number of rounds of offers is
+            // limited
             side * side / 32);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The Verlet list against all pairs.
+// Compares the Verlet list with a loop over all pairs.
 
 #include "list_harness.h"
 #include "oracle/all_pairs.h"
@@ -27,8 +27,8 @@ const Shape SHAPES[] = {
     {"mirrored", {{0.0, 1.0, 1.2, 0.4}}},
 };
 
-/// Expects that the list has each pair within the skin once and no other pair. A pair closer to the
-/// limit than the rounding error `doubt` may be in the list or not.
+/// Expects that the list has each pair with a gap below the skin once, and no other pair. A pair
+/// closer to the limit than the rounding error `doubt` may be in the list or not.
 template <class Format>
 void expect_all_pairs(ListHarness<Format> &list, int num_pairs, double doubt, int images = 1)
 {
@@ -51,8 +51,8 @@ void expect_all_pairs(ListHarness<Format> &list, int num_pairs, double doubt, in
 
 template <class Format> class VerletList : public BlockTest {
  public:
-  /// Relative rounding error of a branch vector: the fractions of `fast` are exact, its fp32
-  /// lengths are not.
+  /// Relative rounding error of a branch vector. In `fast`, fractional coordinates are exact and
+  /// lengths are fp32.
   static constexpr double doubt = sizeof(typename Format::Wide) == 4 ? 1e-5 : 1e-12;
 };
 using Formats = ::testing::Types<rve::FastNumbers, rve::MixedNumbers, rve::DoubleNumbers>;
@@ -78,8 +78,8 @@ TYPED_TEST(VerletList, HoldsAllPairsWithinTheSkinAndNoOther)
     }
 }
 
-/// The grains overlap ninefold, so that some own more pairs than their share of the scratch memory
-/// holds.
+/// Each point is covered by about nine grains. Some grains then own more pairs than their share of
+/// the scratch memory holds.
 TYPED_TEST(VerletList, HoldsAllPairsOfGrainsWithManyPairs)
 {
   const int n = 257, room = rve::kScratch<2> * sizeof(double) / sizeof(std::int32_t);
@@ -126,7 +126,7 @@ TYPED_TEST(VerletList, KeepsTheOldListIfTheNewOneDoesNotFit)
 
   const int second_count = list.build(128);
 
-  EXPECT_GT(second_count, first_count);    // the count of the required capacity
+  EXPECT_GT(second_count, first_count);    // the count is that of the capacity that the list needs
   EXPECT_EQ(list.image, before);
   list.set_pair_capacity(second_count);
   EXPECT_EQ(list.build(128), second_count);
@@ -144,5 +144,5 @@ TEST_F(LargeVerletList, OfTwentyThousandGrainsHoldsAllPairs)
 
   ASSERT_GT(num_pairs, 30000);
   expect_all_pairs(list, num_pairs, 1e-11,
-                   0);    // in a wide cell the smallest fractional difference is the nearest image
+                   0);    // in a wide cell the nearest image has the smallest fractional difference
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Root, quotient, minimum, maximum and numbers from integers are IEEE rounded, with the same bits
-// on every backend.
+// Roots, quotients, minima, maxima and conversions of integers are rounded as IEEE 754 requires.
+// Every backend therefore gives the same bits.
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/fixed_point.h"
@@ -89,8 +89,9 @@ template <class Real> bool same_bits(const Numbers<Real> &x, const Numbers<Real>
   return std::memcmp(&x, &y, sizeof(x)) == 0;
 }
 
-/// Returns IEEE rounded results. fp64 has more than twice the digits of fp32 plus two, so that a
-/// second rounding of its root or quotient gives the same as rounding the exact one.
+/// Returns the correctly rounded results. They are computed in fp64 and then rounded to fp32. fp64
+/// has more than twice the digits of fp32 plus two, so that this double rounding gives the same
+/// number as one rounding of the exact result.
 Numbers<float> rounded(float x)
 {
   const float root = static_cast<float>(std::sqrt(static_cast<double>(x)));
@@ -120,8 +121,8 @@ using Arithmetic = BlockTest;
 
 TEST_F(Arithmetic, RootAndQuotientsInFp32AreRoundedForEveryMantissa)
 {
-  // The loop covers all 2^24 numbers of [1, 4); the other binades differ from these two by powers
-  // of four only.
+  // The loop covers all 2^24 numbers in [1, 4). All other binades differ from these two only by
+  // powers of four.
   constexpr int CHUNK = 1 << 20;
   const float one = 1.0f;
   std::uint32_t bits;
@@ -186,7 +187,8 @@ template <class Real> void expect_quotients_of_the_host(int most)
   std::vector<Real> x(1000000), y(x.size());
   for (std::size_t k = 0; k < x.size(); ++k) {
     x[k] = static_cast<Real>(std::ldexp(random.uniform(1.0, 2.0), random.integer(-most, most)));
-    // Half of the numbers are close to each other, as in two steps.
+    // In half of the pairs, x and y are close to each other, as the numbers of two consecutive
+    // steps.
     const double factor = k % 2 ? random.uniform(0.999, 1.001)
                                 : std::ldexp(random.uniform(1.0, 2.0), random.integer(-30, 30));
     y[k] = static_cast<Real>(factor) * x[k];
@@ -234,8 +236,8 @@ TEST_F(Arithmetic, IntegersOf64BitsAreRoundedAsOnTheHost)
   Random random(4);
   std::vector<std::int64_t> integers = {0, std::numeric_limits<std::int64_t>::max(),
                                         std::numeric_limits<std::int64_t>::min()};
-  // Integers of all lengths and next to powers of two. Those of more than 53 bits lie between two
-  // numbers, many of them half-way.
+  // Integers of all lengths, and integers next to powers of two. Integers of more than 53 bits lie
+  // between two fp64 numbers, many of them half-way.
   for (int n = 0; n < 63; ++n) {
     const std::uint64_t power = std::uint64_t(1) << n;
     for (int sample = 0; sample < 10000; ++sample) {

@@ -58,7 +58,7 @@ TYPED_TEST(FractionOfTheCell, WrappedDifferenceIsTheNearestImage)
 
     for (int a = 0; a < 2; ++a) {
       const Integer128 expected = nearest_image(Integer128(to[a]) - Integer128(from[a]), cell);
-      // One conversion to the format, rounded once, gives the same bits.
+      // The expected number is the exact integer, rounded once.
       const auto rounded =
           static_cast<typename TypeParam::Wide>(static_cast<std::int64_t>(expected));
       ASSERT_EQ(difference[a], rounded);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packs of numbers: every operation gives the bits that the operation on one number gives.
+// Packs of numbers: an operation on a pack gives the same bits as the operation on each of its
+// numbers.
 
 #include "core/pack_probe.h"
 #include "rve/core/arithmetic.h"
@@ -20,7 +21,8 @@ namespace {
 
 template <class T> bool same_bits(T x, T y)
 {
-  // The compiler may choose which NaN results, since it may exchange the operands of a product.
+  // Any NaN is equal to any other. The compiler may exchange the operands of a product, so that the
+  // bits of a resulting NaN are not fixed.
   return std::memcmp(&x, &y, sizeof(T)) == 0 || (x != x && y != y);
 }
 
@@ -33,7 +35,7 @@ inline void round_one(double x, std::int64_t &q)
   round_to(x, q);
 }
 
-/// Returns numbers that are difficult for conversions and comparisons, and then random bits.
+/// Returns numbers that are difficult for conversions and comparisons, followed by random bits.
 template <class T> std::vector<T> awkward_numbers(std::uint64_t seed)
 {
   const double two_31 = 2147483648.0, two_51 = two_31 * 1048576.0, two_63 = two_31 * two_31 * 2.0;
@@ -147,7 +149,7 @@ TYPED_TEST(Packs, ComputeAsOneNumber)
 {
   using T = TypeParam;
   std::vector<T> x = awkward_numbers<T>(4), y = awkward_numbers<T>(5), z = awkward_numbers<T>(6);
-  // The shifts give every pair of awkward numbers.
+  // Shifts of y against x give every pair of awkward numbers.
   for (std::size_t shift = 0; shift < 45; ++shift)
     for (std::size_t k = 0; k < 45; ++k) {
       x[100 + 45 * shift + k] = x[k];
@@ -186,8 +188,8 @@ TYPED_TEST(Packs, ComputeAsOneNumber)
   }
 }
 
-/// Expects that all numbers of a history are reset for a pair without contact and no number of its
-/// neighbours in the pack.
+/// Expects that masking sets all numbers of a record to zero if its lane has no contact, and
+/// changes no other record.
 template <class T, class Number, int K> void expect_masked_records()
 {
   const T x[8] = {1, -1, -2, 0, 3, -4, 5, 6};
@@ -199,7 +201,7 @@ template <class T, class Number, int K> void expect_masked_records()
   pack_mask_records(x, records);
 
   for (int lane = 0; lane < 9; ++lane) {
-    const bool kept = lane == 8 || x[lane] >= T(0);    // the last one belongs to the next pack
+    const bool kept = lane == 8 || x[lane] >= T(0);    // lane 8 belongs to the next pack
     for (int k = 0; k < K; ++k)
       EXPECT_EQ(records[lane].number[k], kept ? number(lane, k) : Number(0)) << lane << ' ' << k;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The mixing function: its published values.
+// The mixing function gives its published values.
 
 #include "rve/core/splitmix64.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Decisions of TeamChoice on simulated machines, where a formula gives the time of a loop, so that
-// the machine of the test has no influence.
+// Decisions of TeamChoice on simulated machines. A formula gives the time of a loop, so that the
+// machine that runs the test has no influence.
 
 #include "rve/core/team_choice.h"
 #include "rve/core/threads.h"
@@ -17,8 +17,8 @@ namespace {
 constexpr int ITEMS = 1000;
 constexpr double ALONE = 40e-6;    // time of a loop with one thread [s]
 
-/// Results of loops on a machine: their time, the number of loops with one thread, and the longest
-/// sequence of loops with a team.
+/// Counts of the loops on a simulated machine: time [s], loops with one thread, all loops, and the
+/// longest sequence of loops with a team.
 struct Outcome {
   double seconds = 0.0;
   int alone = 0, loops = 0, in_a_row = 0;
@@ -41,13 +41,15 @@ Outcome work(rve::TeamChoice &choice, double seconds, const std::function<double
   return outcome;
 }
 
-/// All cores are free: a team of `threads` needs its share of the work and 2 us to synchronise.
+/// Returns the time of a loop if all cores are free [s]. A team divides the work among its threads
+/// and needs 2 us to synchronise.
 double quiet(bool alone, int threads)
 {
   return alone ? ALONE : ALONE / threads + 2e-6;
 }
 
-/// Other programs use the cores: at times a thread of the team does not run for 4 ms.
+/// Returns the time of a loop if other programs use the cores [s]. In a `share` of the loops, a
+/// thread of the team does not run for 4 ms.
 double busy(bool alone, rve_test::Random &random, double share)
 {
   return alone ? ALONE : ALONE / 2 + (random.uniform(0.0, 1.0) < share ? 4e-3 : 2e-6);
@@ -80,8 +82,8 @@ TEST(TeamChoice, UsesOneThreadIfTheTeamWaits)
   }
 }
 
-/// A thread that does not run for 8 ms once in a thousand loops of a team costs less than the use
-/// of one thread, although the windows with such a delay are slower.
+/// In at most one of a thousand loops, a thread of the team does not run for 8 ms. The windows with
+/// such a delay are slow, but the team is still faster than one thread on average.
 TEST(TeamChoice, KeepsTheTeamIfWaitsAreRare)
 {
   for (const double share : {1e-4, 1e-3}) {
@@ -118,11 +120,11 @@ TEST(TeamChoice, FollowsTheLoadOfOtherPrograms)
   const auto taken_cores = [&](bool alone) { return busy(alone, random, 0.3); };
   work(choice, 20.0, free_cores);
   EXPECT_FALSE(choice.alone());
-  // Other programs start: the team is given up before it has lost a second.
+  // Other programs start. The choice returns to one thread before the team has lost a second.
   const Outcome came = work(choice, 2.0, taken_cores);
   EXPECT_LT(came.seconds, came.loops * ALONE + 1.0);
   EXPECT_TRUE(choice.alone());
-  // Other programs end: the team returns with the next affordable trial.
+  // Other programs end. The next trial selects the team again.
   work(choice, 10.0, free_cores);
   const Outcome gone = work(choice, 5.0, free_cores);
   EXPECT_LT(gone.seconds, 1.02 * gone.loops * quiet(false, 2));
@@ -134,8 +136,8 @@ TEST(LightWork, FewItemsUseOneThread)
     const rve::LightWork work(511, 4);
     EXPECT_EQ(work.team, 1);
   }
-  // Loops before the first measurement have no influence: the choice begins with one thread and
-  // tries the team after a window.
+  // The choice starts with one thread and tries the team after a window of 64 loops. The loops
+  // above have no influence, since loops over few items are not timed.
   int loops = 0;
   while (rve::LightWork(512, 4).team == 1) ASSERT_LT(++loops, 100);
   EXPECT_GT(loops, 50);

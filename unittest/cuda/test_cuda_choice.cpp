@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The choice of a GPU and the messages if none can run. The decision needs no GPU, so that any
-// machine can test it.
+// The choice of a GPU, and the messages if no GPU can run the code. The functions need no GPU, so
+// that any machine can test them.
 
 #include "cuda/cuda_choice.h"
 

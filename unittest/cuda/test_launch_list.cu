@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are launched as a list give the results of single launches, for a new list, the same
-// list again, and another list.
+// A list of kernel launches gives the same results as single launches. The cases are a new list, a
+// repeated list and a list with other arguments.
 
 #include "cuda/launch_list.cuh"
 #include "support/block_runner.h"
@@ -9,8 +9,8 @@
 
 namespace {
 
-/// The operation does not commute with itself for other numbers, so that the result shows the
-/// order.
+/// Two operations with different numbers do not commute, so that the result depends on the order of
+/// the launches.
 __global__ void scale_and_add(long long *number, long long factor, long long term)
 {
   rve::follow();
@@ -52,7 +52,7 @@ TEST_F(LaunchListTest, RepeatedListIsAGraphWithTheSameResults)
   for (int round = 0; round < 5; ++round) {
     for (int k = 0; k < 6; ++k) add(2 + k % 2, k);
     expect_all_done();
-    EXPECT_EQ(list.graphs(), round);    // all but the first
+    EXPECT_EQ(list.graphs(), round);    // every round but the first ran as a graph
   }
 }
 

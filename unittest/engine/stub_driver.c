@@ -1,6 +1,6 @@
-// A stub of NVIDIA's driver with the functions that the CUDA runtime calls before it fails: a driver
-// that is too old, or one without a device (DRIVER_VERSION, INIT_ERROR). A test links the runtime
-// and loads this library instead of the driver.
+// A stub of NVIDIA's driver. It acts as a driver that is too old or has no device (DRIVER_VERSION,
+// INIT_ERROR). It has only the functions that the CUDA runtime calls before it fails. A test links
+// the runtime and loads this library instead of the driver.
 
 #include <string.h>
 

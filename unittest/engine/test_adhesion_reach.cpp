@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Adhesion with a reach beyond the contact, through the whole engine: the force over the distance,
-// the work of separation, and packings whose grains attract each other at a distance.
+// Adhesion that acts beyond the contact, up to a reach h, in the whole engine. The tests cover the
+// force as a function of the gap, the work of separation, and packings whose grains attract each
+// other at a distance.
 
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
@@ -60,7 +61,7 @@ template <class State> Options options_for(const State &state, Format format = F
   return options;
 }
 
-/// 4^3 spheres in a simple cubic array with gaps between them.
+/// Returns 4^3 spheres in a simple cubic array with this gap between neighbours.
 Spheres cubic_with_gaps(const Material &material, double gap)
 {
   return simple_cubic(material, 4, RADIUS, -gap);
@@ -87,8 +88,8 @@ double relative_velocity(const Spheres &state)
   return state.velocity[3] - state.velocity[0];
 }
 
-/// Returns the escape velocity of two touching spheres: half of the reduced mass times its square
-/// is the work f_a h/2.
+/// Returns the escape velocity v of two touching spheres. The kinetic energy m* v^2/2 equals the
+/// work of adhesion f_a h/2, with the reduced mass m*, the pull-off force f_a and the reach h.
 double escape_velocity(const Material &material)
 {
   return std::sqrt(pull(material) * REACH / (0.5 * sphere_mass(material, RADIUS)));
@@ -105,7 +106,8 @@ TEST(AdhesionAtADistance, DecreasesLinearlyToZero)
       const Spheres state = cubic_with_gaps(material, gap);
       const ResultOf<3> result = SphereRig(state, options_for(state, format)).advance(DriveOf<3>());
       const double full = pull(material) / (spacing * spacing);
-      // forces are fp32 in `mixed`; the gap is fp32 too in `fast`, relative to the radii
+      // Forces are fp32 in `mixed` and `fast`. In `fast`, the gap is also rounded, to the last
+      // digit of a radius.
       const double error = format == Format::Double ? 1e-10 : format == Format::Mixed ? 5e-6 : 1e-4;
       for (int a = 0; a < 3; ++a)
         EXPECT_NEAR(result.stress(a, a), (1.0 - share) * full, error * full)
@@ -133,7 +135,8 @@ TEST(AdhesionAtADistance, EndsAtItsReach)
 
 TEST(AdhesionAtADistance, SoftensAnArray)
 {
-  // sigma_xx = f/(l_y l_z) with df = -f_a/h dl_x
+  // sigma_xx = f/(l_y l_z) and df = -f_a/h dl_x, with the attraction f and the distances l of
+  // neighbours along the axes.
   const Material material = sticky();
   const double gap = 0.4 * REACH, l = 2.0 * RADIUS + gap;
   const Spheres state = cubic_with_gaps(material, gap);
@@ -141,19 +144,19 @@ TEST(AdhesionAtADistance, SoftensAnArray)
   const double c11 = -pull(material) / REACH / l, tension = 0.6 * pull(material) / (l * l);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      // The unit of the sums is made for contacts as deep as grains.
+      // The tolerance is that of the integer sums, whose unit allows overlaps as large as grains.
       EXPECT_NEAR(answer.stiffness.component[4 * i][j], i == j ? c11 : -tension,
                   1e-6 * std::fabs(c11));
 }
 
 TEST(AdhesionAtADistance, GrainsSeparateAfterTheWorkOfAdhesion)
 {
-  // Over a gap g the adhesion takes the work f_a (g - g^2/2h).
+  // Separation by a gap g takes the work f_a (g - g^2/2h).
   const Material material = sticky();
   const double escape = escape_velocity(material);
   for (const Format format : {Format::Double, Format::Mixed, Format::Fast}) {
-    // The first kick is a whole one, half a step too much: 1.25e-4 of the escape velocity, relative
-    // to the final 0.6 of it.
+    // The first kick lasts a whole step, which is half a step too long. This changes the velocity
+    // by 1.25e-4 of the escape velocity. The results change by up to 5/3 of this share.
     const double error = format == Format::Fast ? 1e-3 : 3e-4;
     const double fast = 1.25 * escape, slow = 0.8 * escape, dt = REACH / escape / 4000;
     const Spheres leaves = parting(material, 0.0, fast), returns = parting(material, 0.0, slow);
@@ -191,13 +194,14 @@ TEST(AdhesionAtADistance, PullsGrainsIntoContact)
   ASSERT_LE(gap_of(rig.state()), 0.0);
   const double expected =
       escape_velocity(material) * std::sqrt(1.0 - (1.0 - share) * (1.0 - share));
-  // of the last ten steps
+  // The tolerance is the change of velocity in the last ten steps.
   EXPECT_NEAR(-before, expected, 5e-3 * expected);
 }
 
 TEST(AdhesionAtADistance, HasNoHistory)
 {
-  // The energy in tangential springs dissipates when pairs separate, and enters the bookkeeping.
+  // When a pair separates, the energy of its tangential spring dissipates. The bookkeeping counts
+  // it.
   Material material = sticky_with_everything();
   material.local_damping = material.normal_viscosity = 0.0;
   Spheres state = disordered_spheres(material, 5, 3);
@@ -265,8 +269,8 @@ TEST(AdhesionAtADistance, OfDisksBalancesItsEnergy)
 
 TEST(AdhesionAtADistance, DoesNotDependOnTheListOfNeighbours)
 {
-  // A list finds all contacts within reach, both if it is rebuilt in nearly every step and if it is
-  // never rebuilt.
+  // The results are the same for a narrow skin with many rebuilds and for a wide skin with few
+  // rebuilds.
   const Spheres state = disordered_spheres(sticky_with_everything(), 6, 7);
   std::vector<Spheres> ends;
   std::vector<std::int64_t> rebuilds;
@@ -326,21 +330,22 @@ TEST(ListOfARecord, IsNotTrustedWithALargerSkinThanItWasBuiltFor)
   whole.strain(stretch, 2e-6, 2000);
   EXPECT_EQ(again.state().fractional, whole.state().fractional);
   EXPECT_EQ(again.state().velocity, whole.state().velocity);
-  // A list that falsely claims to have been built for this skin misses contacts.
+  // Control: a state whose list is marked as built for this skin, although it was not, misses
+  // contacts.
   Spheres claims = deserialize<3>(record.data(), record.size());
   claims.list_margin = wide.skin + REACH;
   SphereRig deceived(claims, wide);
   deceived.strain(stretch, 2e-6, 2000);
   EXPECT_NE(deceived.state().fractional, whole.state().fractional);
-  // With the skin that the list was built for, the list is used.
+  // An engine with the skin of the list uses the list.
   const std::vector<char> same = serialize(SphereRig(first.state(), narrow).state());
   EXPECT_EQ(same, record);
 }
 
 TEST(AdhesionAtADistance, DoesNotLimitTheTimeStep)
 {
-  // Grains are in reach of each other but do not touch. Only contacts that may form count, as if
-  // all grains were apart.
+  // Neighbours are within the reach but do not touch. The time step is then limited only by
+  // contacts that may form, as for grains that are far apart.
   const Spheres near = cubic_with_gaps(sticky(), 0.5 * REACH),
                 far = cubic_with_gaps(sticky(), 2.0 * REACH);
   EXPECT_EQ(stable_time_step(near), stable_time_step(far));
@@ -363,7 +368,8 @@ TEST(AdhesionAtADistance, InvalidReachIsAnError)
 
 TEST(AdhesionAtADistance, TooLongAReachForTheCellIsAnError)
 {
-  // The cell is slightly wider than two contact distances without the reach.
+  // The cell is slightly wider than two contact distances. The reach makes the contact distance
+  // longer.
   Material material = sticky();
   std::vector<double> x{0.01, 0.01, 0.01};
   material.adhesion_reach = 0.0;

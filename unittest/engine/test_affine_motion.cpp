@@ -108,7 +108,8 @@ TEST(AffineMotion, JumpOfTheVelocityGradientGivesNoImpulse)
 
 TEST(AffineMotion, PeculiarVelocityIsContinuousAcrossTheBoundary)
 {
-  // One disk crosses a sheared cell many times: s = s0 + H^-1 c t, wrapped.
+  // The disks cross a sheared cell many times. Their fractional coordinates are s = s0 + H^-1 c t,
+  // wrapped, with the velocity c.
   RveState state = state_of(paper_material(), Tensor2{{0.1, 0.03, 0.0, 0.08}}, {0.004, 0.004},
                             {0.02, 0.02, 0.02, 0.05});
   state.velocity = {1.7, -0.9, 1.7, -0.9};
@@ -177,8 +178,8 @@ TEST_F(PairAcrossTheBoundary, MovesAsThePairInsideDoes)
 
 TEST_F(PairAcrossTheBoundary, SlipsByTheVelocityGradientTimesTheBranch)
 {
-  // one step from rest: the tangential spring is k_t dt t.(L b), with the branch to the nearest
-  // image
+  // After one step from rest the tangential force is k_t dt t.(L b), with the tangent t and the
+  // branch vector b to the nearest image.
   const RveState inside = pair_at(0, 0);
   const RveState state =
       pair_at((0 - inside.fractional[0] - (std::uint64_t(5) << 56)) & ~0xffffffffull, 0);

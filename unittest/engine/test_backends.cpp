@@ -55,7 +55,7 @@ template <int D> std::vector<char> bytes_of(const ResultOf<D> &r)
   return bytes;
 }
 
-/// One RVE of a scene and its drives in each call.
+/// One RVE of a scene and its drive, which is the same in each call.
 template <int D> struct MemberOf {
   std::string name;
   RveStateOf<D> state;
@@ -74,14 +74,15 @@ DriveOf<D> shear_at_pressure(const RveStateOf<D> &state, double rate, double dt,
     drive.stress_goal(a, a) = -PRESSURE;
   }
   drive.velocity_gradient(0, 1) = rate;
-  // The gain is that of default_servo_gain() for packings of disks.
+  // For disks this is the gain of default_servo_gain().
   const double width = D == 2 ? state.material.thickness : std::cbrt(state.cell_volume());
   drive.servo_gain = 10.0 * width / state.mass();
   drive.servo_max_rate = 20.0;
   return drive;
 }
 
-/// Returns the same drive in terms of modes: p and the differences of the normal stresses.
+/// Returns the drive of shear_at_pressure() with servo modes: the mean pressure and the differences
+/// of normal stresses.
 template <int D>
 DriveOf<D> shear_at_pressure_by_modes(const RveStateOf<D> &state, double rate, double dt,
                                       int substeps)
@@ -115,10 +116,11 @@ Material dry_material()
   return packing_of_400().material;
 }
 
-/// Returns RVEs of different sizes, drives and numbers of substeps. A skin of 5 mm, larger than the
-/// radii, lists more pairs than the first capacities hold, so lists must grow.
+/// Skin for full_scene() [m]. It exceeds the radii and lists more pairs than the first capacities
+/// hold, so that lists must grow.
 constexpr double WIDE_SKIN = 5e-3;
 
+/// Returns RVEs of different sizes, drives and numbers of substeps.
 std::vector<Member> full_scene(bool viscous, bool rolling = false)
 {
   std::vector<Member> members;
@@ -150,10 +152,10 @@ std::vector<Member> full_scene(bool viscous, bool rolling = false)
   return members;
 }
 
-/// Returns RVEs of spheres, one of them with more spheres than a block has threads. A skin of half
-/// a radius makes lists grow.
+/// Skin for spheres_scene() [m]. It is half a radius, so that lists must grow.
 constexpr double WIDE_SKIN_OF_SPHERES = 2.5e-3;
 
+/// Returns RVEs of spheres. One of them has more spheres than a block has threads.
 std::vector<MemberOf<3>> spheres_scene(bool viscous, int substeps = 300)
 {
   Material material = dry_material();
@@ -190,7 +192,7 @@ std::vector<MemberOf<3>> spheres_on_paths(int side, int count)
   return members;
 }
 
-/// Returns the scene with few steps, for a single thread of a GPU, which is slow.
+/// Returns RVEs with few steps, since a block with a single thread of a GPU is slow.
 std::vector<Member> short_scene()
 {
   RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 1), middle = packing_of_400();
@@ -269,7 +271,8 @@ void expect_same_bits(const OutcomeOf<D> &x, const OutcomeOf<D> &y,
   }
 }
 
-/// Final states and all short answers. Calls with the short answer have their own kernels on a GPU.
+/// Final states, and the short answers of all calls. Calls with short answers have their own
+/// kernels on a GPU.
 template <int D> struct BriefOutcomeOf {
   std::vector<RveStateOf<D>> states;
   std::vector<std::vector<char>> answers;    // by member
@@ -294,8 +297,8 @@ BriefOutcomeOf<D> play_briefly(EngineOf<D> &engine, const std::vector<MemberOf<D
   return outcome;
 }
 
-/// Expects that Results of one engine and Responses of the other agree to the bit in status,
-/// contacts, stress and states for the same calls. The last member fails.
+/// Makes the same calls on two engines: one returns Results, the other Responses. Expects the same
+/// bits of status, number of contacts, stress and states. Adds a member that fails.
 void expect_short_answers(Engine &full, Engine &brief, std::vector<Member> members)
 {
   Member crushed{"crushed", packing_of_400(),
@@ -304,7 +307,7 @@ void expect_short_answers(Engine &full, Engine &brief, std::vector<Member> membe
   const auto [of_full, drives] = add_members(full, members);
   const std::vector<int> of_brief = add_members(brief, members).rves;
   std::vector<Result> results;
-  std::vector<Response> responses(1);    // another size than that of the batch
+  std::vector<Response> responses(1);    // not the size of the batch
   for (int call = 0; call < 3; ++call) {
     full.advance(of_full, drives, results);
     brief.advance(of_brief, drives, responses);
@@ -367,7 +370,8 @@ template <int D> bool has_grown(const ResultOf<D> &result)
       owned * result.num_grains + initial_extra_capacity<D>(result.num_grains);
 }
 
-/// Expects that the run had all events that may differ between backends.
+/// Expects that the run had rebuilds, lattice reductions, repeated calls, grown lists and sliding
+/// contacts. A comparison of backends is significant only then.
 template <int D>
 void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<MemberOf<D>> &members)
 {
@@ -388,7 +392,7 @@ void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<MemberOf<D>>
 
 #if defined(RVE_WITH_X86_64_V3) && !defined(RVE_WITHOUT_BASELINE)
 
-/// Device state and answers of an RVE that one build of the kernels has advanced.
+/// Device state and answers of an RVE after a call of one build of the kernels.
 struct KernelRun {
   DeviceState image;
   AnswerRecord<2> answer;
@@ -456,7 +460,7 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
   RveState state = packing_of_400();
   state.cell = 1.01 * state.cell;
   shake(state, 0.2, 5);
-  // coarse enough for the whole call, which is not repeated here
+  // The force scale is coarse enough for the whole call, since this test does not repeat calls.
   state.largest_contact_force = 1e4;
   RveState viscous = state;
   viscous.material.normal_viscosity = 3.0;
@@ -497,8 +501,8 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     EXPECT_GE(baseline.detail.progress.lattice_reductions, 1);
     EXPECT_GT(baseline.detail.num_sliding, 20);
     EXPECT_GT(baseline.detail.stiffness[0], 0.0);
-    // The baseline build may store zeros with other signs in numbers that are read only with
-    // friction.
+    // States are compared without the signs of zeros. The baseline build may store zeros with other
+    // signs in numbers that are used only with friction.
     const KernelVariant memory = features_of(one.scene).memory;
     EXPECT_TRUE(serialize(read_device_state(format, baseline.image, memory)) ==
                 serialize(read_device_state(format, v3.image, memory)));
@@ -512,8 +516,8 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
 
 TEST_P(Backends, SceneOfTheComparisonGoesThroughRebuildsReductionsGrowthAndSliding)
 {
-  // The scene is the one that CpuAndCuda compares, so that its counters are checked on machines
-  // without a device.
+  // CpuAndCuda compares this scene. Its counters are checked here, since this test also runs on
+  // machines without a GPU.
   const auto members = full_scene(false);
 
   const Outcome outcome =
@@ -535,7 +539,8 @@ TEST_P(Backends, SceneOfSpheresGoesThroughRebuildsReductionsGrowthAndSliding)
 
 TEST_P(Backends, ShortAndLongAnswersAndStatesAgree)
 {
-  // general: with servos and dashpots; plain: without them; rolling: with rolling resistance
+  // The scene `general` has servos and dashpots, `plain` has none of both, and `rolling` also has
+  // rolling resistance.
   for (const char *scene : {"plain", "general", "rolling"}) {
     SCOPED_TRACE(scene);
     auto members = full_scene(scene != std::string("plain"), scene == std::string("rolling"));
@@ -551,7 +556,8 @@ TEST_P(Backends, ShortAndLongAnswersAndStatesAgree)
 }
 
 // The forces of a packing without contacts are unknown before its first collision. If they exceed
-// the range of the sums, the call is repeated, and the overlap limit is not reported as exceeded.
+// the range of the sums, the engine repeats the call and does not report that the overlap limit is
+// exceeded.
 TEST_P(Backends, FirstContactsBeyondTheForceRangeRepeatTheCall)
 {
   RveState gas = triangular_packing(dry_material(), 6, 8, 0.0037, 1);
@@ -659,8 +665,8 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
   }
 }
 
-// The call has more RVEs than a GPU has multiprocessors, all small, with and without servos, and
-// one with fewer grains than a warp has threads.
+// The batch has more RVEs than a GPU has multiprocessors, with and without servos. One of them has
+// fewer grains than a warp has threads.
 TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
 {
   auto members = full_scene(false);
@@ -682,8 +688,9 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
   EXPECT_GT(on_gpu.last[0].counters.rebuilds, 10);
 }
 
-// The call has many small RVEs and one RVE for each way of storing grains: one or two grains per
-// thread in registers, in some formats or none, or in memory.
+// The first batch has many small RVEs. The other batches have one RVE each, of increasing size. The
+// size and the format decide how a GPU stores grains: one or two per thread in registers, or in
+// memory.
 TEST_P(CpuAndCuda, GiveTheSameSpheresOfAllSizes)
 {
   for (const int side : {5, 6, 9, 11, 13}) {
@@ -712,7 +719,7 @@ TEST_P(CpuAndCuda, RotateRvesToTheSameBits)
         make_engine(with_contacts_of(members, options_for(GetParam(), device, WIDE_SKIN)));
     run_batch(*engine, members, 2);
     std::vector<int> rves(
-        members.size());    // in the order of run_batch(), without the second member
+        members.size());    // all RVEs in the order of run_batch(), except the second one
     std::iota(rves.begin(), rves.end(), 0);
     const int left_alone = 1;
     rves.erase(rves.begin() + left_alone);
@@ -820,8 +827,8 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithoutFriction)
   expect_same_bits(on_cpu, on_gpu, members);
 }
 
-/// Returns RVEs of which most make one step and two make a hundred; one of these rotates through
-/// several segments of its path.
+/// Returns RVEs of which most make one step. Two make a hundred steps, and one of these two rotates
+/// through several segments of its path.
 template <int D> std::vector<MemberOf<D>> few_with_many_steps(const RveStateOf<D> &state, double dt)
 {
   auto strain = Tensor<double, D>::zero(), spin = strain;
@@ -849,7 +856,8 @@ void expect_same_with_few_long_calls(Options options, const RveStateOf<D> &state
   expect_same_bits(run_batch(*cpu, members, 3), run_batch(*gpu, members, 3), members);
 }
 
-// A GPU prepares as many steps as most RVEs make; blocks plan further steps during the call.
+// Before a call, a GPU plans as many steps as most RVEs make. The blocks of the other RVEs plan
+// further steps during the call.
 TEST_P(CpuAndCuda, GiveTheSameBitsWhereFewRvesMakeManySteps)
 {
   expect_same_with_few_long_calls(options_for(GetParam(), Device::Cpu, 0.0), packing_of_400(), DT);
@@ -895,8 +903,8 @@ TEST_P(CpuAndCuda, ContinueEachOthersStatesBitForBit)
 
 // ---- memory -------------------------------------------------------------------------------------
 
-/// Returns the engine's estimate of the memory for this number of RVEs of 400 grains and for calls
-/// with them [bytes].
+/// Returns the memory that the engine expects for this number of RVEs of 400 grains and for a call
+/// with all of them [bytes].
 double estimate(Engine &engine, int num_rves)
 {
   return static_cast<double>(num_rves) * static_cast<double>(engine.bytes_per_rve(400)) +
@@ -918,8 +926,8 @@ TEST_P(Backends, ReportFreeMemoryAndTheMemoryOfCalls)
   EXPECT_GT(engine->bytes_of_call(1, 4000), engine->bytes_of_call(1, 400));
 }
 
-/// An estimate that is too low ends a run in its set-up; one that is too high forbids runs that
-/// would fit.
+/// If the estimate is too low, a run fails in its set-up. If it is too high, runs that would fit
+/// are refused.
 TEST_P(CpuAndCuda, MemoryEstimateCoversTheDeviceAllocation)
 {
   const int count = 20000;

@@ -55,9 +55,9 @@ Collision collide(const RveState &before, double dt, Format format = Format::Dou
 
 }    // namespace
 
-// The contact starts within a step of the touching configuration and ends within a step of its end.
-// Therefore the error of the restitution is O((w dt)^2), and that of the duration up to two steps.
-// One contact takes pi/(w dt) = 4000 steps.
+// A contact takes pi/(w dt) = 4000 steps, with the frequency w of the contact. It starts and ends
+// within a step. Therefore the error of the restitution is O((w dt)^2), and the error of the
+// duration is up to two steps.
 class TwoDiskCollision : public ::testing::Test {
  protected:
   const double dt = M_PI / contact_frequency() / 4000.0;
@@ -80,9 +80,10 @@ TEST_F(TwoDiskCollision, CundallDampingScalesTheForceOnApproachAndRebound)
 
     const Collision collision = collide(approaching_disks(RADIUS, material, 0.1), dt);
 
-    // The factor changes from 1+alpha to 1-alpha in the step in which the velocity changes sign. An
-    // error of up to one kick there, where the velocity is zero, is of second order in w dt = 8e-4
-    // for the energy, but shifts the time by (1+alpha)/(1-alpha) steps.
+    // The factor of the force changes from 1+alpha to 1-alpha in the step in which the velocity
+    // changes sign. There the velocity has an error of up to one kick. Since the velocity is nearly
+    // zero, the error of the energy is of second order in w dt = 8e-4. The duration changes by up
+    // to (1+alpha)/(1-alpha) steps.
     EXPECT_NEAR(collision.restitution, std::sqrt((1.0 - alpha) / (1.0 + alpha)), 1e-5);
     EXPECT_NEAR(collision.duration,
                 0.5 * M_PI / contact_frequency() *
@@ -99,8 +100,8 @@ TEST_F(TwoDiskCollision, DashpotGivesTheRestitutionOfADampedOscillator)
 
     const Collision collision = collide(approaching_disks(RADIUS, material, 0.1), dt);
 
-    // The dashpot uses the velocity of half a step before; the error is of first order in w dt =
-    // 8e-4, times the damping.
+    // The dashpot uses the velocity of half a step before. The error is of first order in w dt =
+    // 8e-4, times the damping ratio.
     const double damped = contact_frequency() * std::sqrt(1.0 - ratio * ratio);
     EXPECT_NEAR(collision.restitution, std::exp(-ratio * contact_frequency() * M_PI / damped),
                 2.0 * ratio * 8e-4);
@@ -130,8 +131,8 @@ TEST_F(TwoDiskCollision, EveryFormatHasTheRestitution)
     const Collision collision =
         collide(approaching_disks(RADIUS, material, 0.1), 10.0 * dt, format);
 
-    // In `fast` each of 400 steps rounds the overlap of 3e-5 m (0.1 m / 2^32 = 2e-11 m and fp32),
-    // which is at most 1e-6 per step.
+    // In `fast`, each of 400 steps rounds the overlap of 3e-5 m: by 0.1 m / 2^32 = 2e-11 m for a
+    // position, and to fp32. A step changes the restitution by at most 1e-6.
     EXPECT_NEAR(collision.restitution, std::sqrt(0.7 / 1.3), 4e-4) << to_string(format);
   }
 }
@@ -147,9 +148,9 @@ TEST_F(TwoDiskCollision, GrossSlidingTransfersTheCoulombImpulse)
   const Collision collision =
       collide(approaching_disks(RADIUS, material, normal_velocity, tangential_velocity), dt);
 
-  // The impulse J = mu m* (1 + e) v_n acts along the tangent on the centres, and with arm r on I =
-  // m r^2/2. The second disk moves down relative to the first, so that friction on it points up,
-  // and both disks rotate clockwise.
+  // The impulse J = mu m* (1 + e) v_n acts on the centres along the tangent. With the lever arm r
+  // it also acts on the moments of inertia I = m r^2/2. The second disk moves down relative to the
+  // first, so that friction on it points up, and both disks rotate clockwise.
   EXPECT_NEAR(collision.restitution, 1.0, 1e-5);
   EXPECT_NEAR(collision.tangential_change, 0.1 * 2.0 * normal_velocity, 1e-5 * normal_velocity);
   EXPECT_NEAR(std::fabs(collision.spin), 0.1 * 2.0 * normal_velocity / RADIUS,
@@ -175,9 +176,9 @@ TEST_F(TwoDiskCollision, ObliqueImpactConservesAngularMomentum)
 
   rig.strain(Tensor2::zero(), dt, 8000);
 
-  // The arms of both torques add up to the branch, so that force and torques balance at every
-  // instant. Rounding errors of the torque's integer (2^-52 of the largest) and the half step
-  // between x and c remain.
+  // The lever arms of both torques add up to the branch vector, so that forces and torques balance
+  // at every instant. Two errors remain: the rounding of torques to integers, 2^-52 of the largest
+  // torque, and the half step between positions and velocities.
   ASSERT_EQ(rig.result().num_contacts, 0);
   EXPECT_NE(rig.state().spin[0], 0.0);
   EXPECT_NEAR(angular_momentum(rig.state()) / angular_momentum(before), 1.0, 1e-9);

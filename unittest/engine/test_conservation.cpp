@@ -53,8 +53,8 @@ Momentum momentum(const RveState &state)
   return sum;
 }
 
-/// Returns a density for which the engine computes a power of two as the mass of a disk of this
-/// radius.
+/// Returns a density for which the engine computes exactly `mass`, a power of two, as the mass of a
+/// disk of this radius.
 double density_for_mass(double radius, double mass)
 {
   double density = mass / (M_PI * radius * radius);
@@ -68,10 +68,10 @@ double density_for_mass(double radius, double mass)
 
 // ---- momentum ----
 
-// Each contact adds one integer to one grain and subtracts it from the other, so the forces of a
-// step add up to exactly zero in every format. Only the kick c + dt F/m in floating point can
-// violate momentum conservation. If masses and time step are powers of two, the kick is exact while
-// forces and velocities fit the mantissa, and momentum is conserved to the bit.
+// Each contact adds an integer to one grain and subtracts it from the other. The forces of a step
+// therefore add up to exactly zero in every format. Only the kick c + dt F/m is rounded and can
+// change the momentum. If masses and time step are powers of two, the kick is exact as long as
+// forces and velocities fit the mantissa. Momentum is then conserved to the last bit.
 TEST(Momentum, IsConservedToTheLastBitForPowerOfTwoMassesAndStep)
 {
   Material material = paper_material();
@@ -80,8 +80,8 @@ TEST(Momentum, IsConservedToTheLastBitForPowerOfTwoMassesAndStep)
   const double radius = 0x1p-8;
   material.density = density_for_mass(radius, 0x1p-3);
   RveState state = disturbed_grid(8, material, radius, 1e-5);
-  // The force unit is so coarse that sums of forces and velocities fit 53 bits: largest force 10 N
-  // in 2^52 / 2^12 units.
+  // The force unit is so coarse that sums of forces and velocities fit 53 bits: the largest force
+  // of 10 N is 2^52 / 2^12 units.
   state.largest_contact_force = 10.0 * 4096.0;
   RveRig rig(state);
 
@@ -111,9 +111,9 @@ TEST(Momentum, DriftsByNoMoreThanTheRoundingOfTheKicks)
       largest_size = std::max(largest_size, static_cast<double>(momentum(rig.state()).size));
     }
 
-    // Roundings have no preferred direction: their sum over N grains and all steps grows like
-    // sqrt(N steps) (m |c| is size / N). The factor of ten allows for unequal grains and five
-    // roundings.
+    // Rounding errors have no preferred direction. Their sum over N grains and all steps grows as
+    // sqrt(N steps) m |c|, with m |c| = size / N. The factor of ten allows for unequal grains and
+    // several roundings per kick.
     const Momentum after = momentum(rig.state());
     EXPECT_GT(largest_size, 1e-6);
     for (int a = 0; a < 2; ++a)
@@ -205,8 +205,9 @@ TEST(Energy, UndampedFrictionlessGrainsKeepTheirEnergy)
 
   rig.strain(Tensor2::zero(), 2e-6, 5000);
 
-  // The kinetic energy is that of half a step before, so the sum oscillates by w dt/2 ~ 1e-2 of the
-  // energy that motion and springs exchange, which is a thirtieth of the energy.
+  // The kinetic energy belongs to a time half a step before the elastic energy. The sum therefore
+  // oscillates by w dt/2 ~ 1e-2 of the energy that motion and springs exchange, which is a
+  // thirtieth of the total energy.
   EXPECT_NEAR(rig.result().elastic_energy + rig.result().kinetic_energy, energy, 3e-4 * energy);
   EXPECT_GT(rig.result().kinetic_energy, 1.5 * before.kinetic_energy);
 }

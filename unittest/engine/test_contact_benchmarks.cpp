@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Benchmarks of one contact against closed forms, after Chung & Ooi, Granular Matter 13, 643
-// (2011), in the plane and with linear springs. The numbers in the section headings are those of
-// their tests. A disk of a hundred times the mass replaces their wall; the closed forms are those
-// of a pair.
+// Benchmarks of one contact with closed forms, after Chung & Ooi, Granular Matter 13, 643 (2011),
+// for disks with linear springs. The numbers in the section headings are the numbers of their
+// tests. A disk of a hundred times the mass replaces their wall. The closed forms are those of a
+// pair of disks.
 //
-// If the environment variable GPU_RVE_WRITE_CURVES names a folder, the oblique impacts are written
-// there as oblique_impact.csv (plot_contact_benchmarks.py draws them). The largest errors are
-// properties of the tests in --gtest_output=xml.
+// If the environment variable GPU_RVE_WRITE_CURVES names a folder, the curves of oblique impacts
+// are written there as oblique_impact.csv. plot_contact_benchmarks.py draws them. With
+// --gtest_output=xml, the properties of a test contain its largest errors.
 
 #include "oracle/linear_impact.h"
 #include "support/rve_rig.h"
@@ -76,7 +76,7 @@ std::vector<Frame> all_frames()
           {"across the corner of a sheared cell", 2.4, 0.0, 0.0, sheared}};
 }
 
-/// Velocities at the contact point at first touch or at the end.
+/// Relative velocity of the centres and spins, before or after the impact.
 struct Motion {
   double approach;      ///< normal velocity, positive when the centres approach
   double tangential;    ///< velocity of centre 2 relative to centre 1, along t = (-n_y, n_x)
@@ -108,7 +108,7 @@ RveState touching(const Material &material, const DiskPair &pair, const Motion &
   state.velocity = {share_1 * relative[0], share_1 * relative[1], share_2 * relative[0],
                     share_2 * relative[1]};
   state.spin = {motion.spin[0], motion.spin[1]};
-  // The unit of the force integers fits this collision; a guess from the radii would not.
+  // The force scale fits this collision. The estimate of the engine from the radii would not fit.
   state.largest_contact_force = motion.approach * std::sqrt(STIFFNESS * pair.mass_eff());
   return state;
 }
@@ -140,8 +140,8 @@ Motion collide(const Material &material, const DiskPair &pair, const Motion &bef
   return motion_of(rig.state(), frame);
 }
 
-/// Returns the closed form of an impact without normal losses: the impulse J that changes the slip
-/// by -J/m_t changes the velocity of the centres by -J/m* and each spin by r J/I.
+/// Returns the closed form of an impact without normal losses. The tangential impulse J changes the
+/// slip by -J/m_t, the relative velocity of the centres by -J/m*, and each spin by r J/I.
 Motion exact_rebound(const Material &material, const DiskPair &pair, const Motion &before)
 {
   const LinearImpact impact(pair, material.normal_stiffness, material.tangential_stiffness,
@@ -154,7 +154,8 @@ Motion exact_rebound(const Material &material, const DiskPair &pair, const Motio
   return after;
 }
 
-/// Returns the largest difference of velocities and surface velocities r w, as a share of `speed`.
+/// Returns the largest difference of the velocities and of the surface velocities r w, divided by
+/// `speed`.
 double difference(const DiskPair &pair, const Motion &a, const Motion &b, double speed)
 {
   double most =
@@ -180,16 +181,16 @@ class Worst {
   double most = 0.0;
 };
 
-/// Speed of oblique impacts, with overlaps of 3e-10 m. The closed forms hold for small overlaps. At
-/// this speed the centres pass each other by 1e-9 m, or 2e-7 of a radius, during the contact, and
-/// the relative rounding error of the overlap is 1e-8.
+/// Speed of oblique impacts [m/s]. It is small, since the closed forms hold for small overlaps. At
+/// this speed the overlaps are 3e-10 m, and their relative rounding error is 1e-8. During the
+/// contact the centres pass each other by 1e-9 m, or 2e-7 of a radius.
 constexpr double SLOW = 1e-6;
 
 /// Returns the bound of the error of velocities after an impact, relative to `speed`, the largest
-/// speed before the impact. The last step of the contact contributes (w dt)^2/8, see
-/// ForceFollowsTheHalfSineInEveryFrame; the steps in which sliding begins and ends contribute as
-/// much. The closed form errs by half of the angle by which the line of centres turns (measured),
-/// which is proportional to the speed.
+/// speed before the impact. The last step of the contact contributes (w dt)^2/8 (see
+/// ForceFollowsTheHalfSineInEveryFrame). The steps in which sliding begins and ends contribute as
+/// much. The closed form neglects the rotation of the line of centres. Its measured error is half
+/// of this angle, which is proportional to the speed.
 double impact_error(const DiskPair &pair, int steps, double speed)
 {
   const double turn = speed * M_PI / frequency(pair) / std::min(pair.radius[0], pair.radius[1]);
@@ -210,9 +211,10 @@ Motion oblique(double speed, double angle)    ///< angle from the normal
 
 // ---- 1, 2: elastic normal impact
 
-// A head-on collision has no small parameter. The overlap of the leapfrog is v dt sin(k
-// theta)/sin(theta) with sin(theta/2) = w dt/2, so that only rounding errors remain. The half sine
-// of the oscillator differs from it by (w dt)^2/8 in amplitude and k (w dt)^3/24 in phase.
+// A head-on collision is exactly linear. In step k, the leapfrog scheme gives the overlap v dt
+// sin(k theta)/sin(theta), with sin(theta/2) = w dt/2. The engine differs from this only by
+// rounding. The half sine of the continuous oscillator differs by (w dt)^2/8 in amplitude and by k
+// (w dt)^3/24 in phase.
 TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
 {
   const double speed = 0.1;
@@ -232,8 +234,8 @@ TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
       const double force = result.largest_contact_force;
       if (k <= steps) {
         const double of_leapfrog = STIFFNESS * speed * dt * std::sin(k * theta) / std::sin(theta);
-        // A position in the cell is exact to 1e-17 m and an overlap of 3e-5 m to a relative 3e-13;
-        // 200 steps add up.
+        // A position in the cell is exact to 1e-17 m. An overlap of 3e-5 m then has a relative
+        // error of 3e-13. The errors of 200 steps add up.
         EXPECT_NEAR(leapfrog.see((force - of_leapfrog) / peak), 0.0, 1e-10) << frame.name;
         EXPECT_NEAR(half_sine.see((force - peak * std::sin(omega * k * dt)) / peak), 0.0,
                     0.3 * std::pow(omega * dt, 2))
@@ -247,9 +249,9 @@ TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
 
     EXPECT_NEAR(largest_overlap * omega / speed, 1.0, 0.3 * std::pow(omega * dt, 2)) << frame.name;
     EXPECT_NEAR(in_contact * dt, M_PI / omega, 1.01 * dt) << frame.name;
-    // The leapfrog conserves c^2 + w^2 delta_k delta_(k+1) with the approach velocity c. With a
-    // last overlap delta and a gap v dt - delta after it, the speed is too large by at most (w
-    // dt)^2/8.
+    // The leapfrog scheme conserves c^2 + w^2 delta_k delta_(k+1), with the approach velocity c and
+    // the overlap delta_k of step k. If the last overlap is delta and the gap after it is v dt -
+    // delta, the final speed is too large by at most the share (w dt)^2/8.
     EXPECT_GE(-after.approach / speed, 1.0 - 1e-10) << frame.name;
     EXPECT_LE(-after.approach / speed, 1.0 + 0.13 * std::pow(omega * dt, 2)) << frame.name;
     EXPECT_NEAR(after.tangential / speed, 0.0, 1e-10) << frame.name;
@@ -263,7 +265,7 @@ TEST(NormalImpact, UnequalDisksExchangeMomentumAndEnergy)
   Worst worst;
 
   for (const double ratio :
-       {1.0, 1.5, 3.0, 10.0}) {    // ratio of the radii; the masses are proportional to the square
+       {1.0, 1.5, 3.0, 10.0}) {    // ratio of the radii; its square is the ratio of the masses
     const DiskPair pair = disks(0.01 / ratio, 0.01);
     const double m1 = pair.mass(0), m2 = pair.mass(1);
     for (const Frame &frame : all_frames()) {
@@ -289,8 +291,9 @@ TEST(NormalImpact, UnequalDisksExchangeMomentumAndEnergy)
 
 // ---- 3: restitution by a dashpot
 
-// zeta = -ln e/sqrt(pi^2 + ln^2 e). The law does not cut off tension: the contact ends when the
-// overlap vanishes, and after the phase pi - 2 asin(zeta) the dashpot attracts the disks.
+// The damping ratio for the restitution e is zeta = -ln e/sqrt(pi^2 + ln^2 e). The contact law
+// allows tension. After the phase pi - 2 asin(zeta) the dashpot attracts the disks, until the
+// overlap vanishes.
 TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
 {
   const double speed = 0.1;
@@ -314,8 +317,8 @@ TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
       pushing += trace(result.stress) < 0.0;
     } while (rig.result().num_contacts > 0);
 
-    // The dashpot uses the velocity of half a step before; the error is of first order in w dt,
-    // times the damping.
+    // The dashpot uses the velocity of half a step before. The error is of first order in w dt,
+    // times the damping ratio.
     const double error = 2.0 * zeta * omega * dt;
     EXPECT_NEAR(worst.see(-motion_of(rig.state(), frame).approach / speed - restitution), 0.0,
                 error)
@@ -327,7 +330,8 @@ TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
 
 // ---- 4, 5: oblique impact
 
-// These closed forms do not need the times of sliding and sticking, and test the oracle too.
+// The closed forms of the next three tests do not need the times of sliding and sticking. They test
+// the oracle too.
 TEST(ObliqueImpact, GrossSlidingTransfersTheCoulombImpulse)
 {
   // For k_t = k_n the contact slides throughout if tan(angle) > mu (6 - k_n/k_t) = 5 mu.
@@ -340,7 +344,8 @@ TEST(ObliqueImpact, GrossSlidingTransfersTheCoulombImpulse)
 
       const Motion after = collide(material, pair, before, 1000);
 
-      // J = mu 2 m* v_n on the centres, with arm r on I = m r^2/2
+      // The impulse J = mu 2 m* v_n acts on the centres and, with the lever arm r, on the inertias
+      // I = m r^2/2.
       const double impulse = friction * 2.0 * pair.mass_eff() * before.approach;
       const Motion exact{-before.approach,
                          before.tangential - impulse / pair.mass_eff(),
@@ -352,9 +357,9 @@ TEST(ObliqueImpact, GrossSlidingTransfersTheCoulombImpulse)
     }
 }
 
-// For k_t = k_n/3 the tangential spring has the frequency of the normal one: after half a period
-// the slip is reversed. This holds up to tan(angle) = 3 mu, where gross sliding begins, so the
-// whole curve has a closed form.
+// For k_t = k_n/3, tangential and normal spring have the same frequency. The contact lasts half a
+// period, which reverses the slip. Gross sliding begins at tan(angle) = 3 mu, so that the whole
+// curve has a closed form.
 TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
 {
   const double friction = 0.4;
@@ -377,9 +382,10 @@ TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
   }
 }
 
-// For k_t = 4/3 k_n the tangential frequency is twice the normal one: after a whole period the
-// surfaces have their initial velocity, without spin. The contact sticks while (2/3)(v_t/v_n) |sin
-// 2s| < mu sin s with s = w t, that is for tan(angle) < 3/4 mu.
+// For k_t = 4/3 k_n, the tangential frequency is twice the normal one. The contact lasts a whole
+// tangential period, so that the disks have their initial tangential velocity again and no spin.
+// This requires that the contact sticks: (2/3)(v_t/v_n) |sin 2s| < mu sin s with s = w t, or
+// tan(angle) < 3/4 mu.
 TEST(ObliqueImpact, TwiceTheFrequencyGivesTheSlipBack)
 {
   const double friction = 1.0;
@@ -402,7 +408,7 @@ struct ObliqueCase {
   double friction, stiffness_ratio, radius_1, radius_2;
 };
 
-/// Surface velocities r w of the disks before the impact, as shares of the speed.
+/// Surface velocities r w of the disks before the impact, divided by the speed.
 struct Surface {
   double first, second;
 };
@@ -459,9 +465,9 @@ TEST(ObliqueImpact, DoesNotDependOnDirectionsAndBoundaries)
         << frame.name;
 }
 
-// The convergence is of second order, although the force has kinks, since it is continuous where
-// sliding begins and ends. Single angles scatter with the position of the kink in its step; their
-// mean does not.
+// The convergence is of second order. The force has kinks where sliding begins and ends, but is
+// continuous there. The error at a single angle depends on the position of the kink within a step.
+// The root mean square over all angles does not scatter.
 TEST(ObliqueImpact, ErrorFallsWithTheSquareOfTheTimeStep)
 {
   const double coarse = oblique_errors(OBLIQUE_CASES[1], 50, plain_frame(), {0.0, 0.0}).slip;
@@ -475,8 +481,8 @@ TEST(ObliqueImpact, ErrorFallsWithTheSquareOfTheTimeStep)
   EXPECT_NEAR(std::log(middle / fine) / std::log(4.0), 2.0, 0.25);
 }
 
-// The closed form is the limit of small overlaps: the remaining difference is proportional to the
-// speed.
+// The closed form holds in the limit of small overlaps. With short time steps, the remaining
+// difference is proportional to the speed.
 TEST(ObliqueImpact, DistanceToTheClosedFormFallsWithTheSpeed)
 {
   const double fast =
@@ -487,9 +493,10 @@ TEST(ObliqueImpact, DistanceToTheClosedFormFallsWithTheSpeed)
   EXPECT_NEAR(std::log10(fast / slow), 1.0, 0.2);
 }
 
-// `mixed` has the gap and the history in double precision and all else in single precision: a
-// thousand steps have an error of 2e-6. `fast` has the gap in single precision, 1e-9 m for these
-// radii; at 1 cm/s the overlaps are 1e-6 m (radii 1 and 10 mm) to 3e-6 m.
+// `mixed` has gap and history in double precision and all else in single precision. The error of a
+// thousand steps is 2e-6. `fast` rounds the gap to single precision, which is 1e-9 m for these
+// radii. It is therefore tested at 1 cm/s, where overlaps are between 1e-6 m (radii of 1 and 10 mm)
+// and 3e-6 m.
 TEST(ObliqueImpact, EveryFormatIsAccurateAtItsOverlaps)
 {
   struct {
@@ -519,7 +526,7 @@ TEST(SpinningImpact, SpinIsConvertedIntoTangentialVelocity)
            {-5.0, -1.0, -0.2, 0.05, 0.3, 0.8, 1.5, 3.0, 10.0}) {    // r w/v_n
         const Material material = elastic(friction, 0.7 * STIFFNESS);
         const double fastest = SLOW * std::max(1.0, std::fabs(surface));
-        // One disk spins, or both with equal surface velocities.
+        // Either one disk spins, or both spin with equal surface velocities.
         for (const double partner : {0.0, 1.0}) {
           const Motion before{
               SLOW,
@@ -536,8 +543,8 @@ TEST(SpinningImpact, SpinIsConvertedIntoTangentialVelocity)
       }
 }
 
-// Disks that roll on each other, or whose tangential velocity compensates the spin, have no slip
-// and no friction.
+// Disks have no slip and no friction if they roll on each other, or if their tangential velocity
+// compensates the spin.
 TEST(SpinningImpact, WithoutSlipThereIsNoFriction)
 {
   const Material material = elastic(0.5);
@@ -549,8 +556,8 @@ TEST(SpinningImpact, WithoutSlipThereIsNoFriction)
 
     const Motion after = collide(material, pair, before, 1000);
 
-    // The arms shrink by half the overlap, 1e-7 of the radius, which leaves this share of r w as
-    // slip.
+    // The lever arms are shorter than the radii by half the overlap, which is 1e-7 of the radius.
+    // The slip is this share of r w.
     const Motion exact{-SLOW, before.tangential, {before.spin[0], before.spin[1]}};
     const Motion rebound{-SLOW, after.tangential, {after.spin[0], after.spin[1]}};
     EXPECT_LT(worst.see(difference(pair, rebound, exact, SLOW)), 1e-6);
@@ -561,10 +568,10 @@ TEST(SpinningImpact, WithoutSlipThereIsNoFriction)
 
 namespace {
 
-/// Six disks, alternately large and small, one above the other. The column closes through the
-/// periodic boundary and is compressed. The tangential forces on each disk from its neighbours
-/// above and below cancel and their torques add up: only the spins change, and the load stays. The
-/// surface velocity of every contact is a_1 w_1 + a_2 w_2 with the arms a = r - overlap/2.
+/// A compressed column of six disks, alternately large and small, which closes through the periodic
+/// boundary. The tangential forces on a disk from the neighbours above and below cancel, and their
+/// torques add up. Therefore only the spins change, and the load stays. The surface velocity of
+/// every contact is a_1 w_1 + a_2 w_2, with the spins w and the lever arms a = r - overlap/2.
 struct Column {
   double overlap;
   DiskPair pair = disks(0.005, 0.004);
@@ -579,8 +586,8 @@ struct Column {
     for (int i = 0; i < 2; ++i) compliance += 2.0 * arm(i) * arm(i) / pair.inertia(i);
     return 1.0 / compliance;
   }
-  /// Returns the spin of the disks `kind` when they roll. Torques per arm are equal for all disks,
-  /// which conserves I_1 w_1/a_1 - I_2 w_2/a_2.
+  /// Returns the spin of the disks `kind` in the final state of rolling. The torque divided by the
+  /// lever arm is the same for all disks, so that I_1 w_1/a_1 - I_2 w_2/a_2 is conserved.
   double rolling_spin(int kind, const double *spin) const
   {
     const double conserved =
@@ -608,9 +615,9 @@ struct Column {
 
 }    // namespace
 
-// Without dashpots the spring is loaded up to the limit mu N and the spins decrease at the rate 2
-// mu N a/I until the surfaces stop. The energy of the spring then makes them oscillate about
-// rolling.
+// Without dashpots the tangential spring is first loaded up to the limit mu N, with the normal
+// force N. Then the spins decrease at the rate 2 mu N a/I until the surfaces stop. The energy of
+// the spring then makes the spins oscillate about the state of rolling.
 TEST(RollingTransition, SpinsSlowDownByFrictionUntilTheSurfacesStop)
 {
   const Column column{1e-6};
@@ -629,8 +636,9 @@ TEST(RollingTransition, SpinsSlowDownByFrictionUntilTheSurfacesStop)
   const auto spin_of = [&](int kind, double velocity) {    // equal torques per arm
     return spin[kind] + (velocity - v0) * 2.0 * mass * column.arm(kind) / column.pair.inertia(kind);
   };
-  // The step in which sliding begins changes the impulse by k_t v dt^2/8. The oscillation, of 6 %
-  // of the velocity, has a phase error of (omega dt)^2/24 per radian, for 15 radians.
+  // The step in which sliding begins gives the impulse an error of k_t v dt^2/8. The oscillation
+  // has an amplitude of 6 % of the velocity and lasts 15 radians. Its phase error is (omega
+  // dt)^2/24 per radian.
   const double tolerance =
       0.2 * std::pow(omega * dt, 2) * std::fabs(spin_of(1, 0.0) - spin[1]) / spin[0];
   RveRig rig(column.state(material, spin[0], spin[1]));
@@ -653,14 +661,14 @@ TEST(RollingTransition, SpinsSlowDownByFrictionUntilTheSurfacesStop)
   }
 }
 
-// With a tangential dashpot the oscillation decays. The contacts slide at the limit from the first
-// step until the velocity is gamma mu N/(k_t m_r). The final state is rolling, w_1 a_1 = -w_2 a_2,
-// with the conserved difference of I w/a.
+// With a tangential dashpot the oscillation decays. The contacts slide from the first step until
+// the surface velocity is gamma mu N/(k_t m_r), with the viscosity gamma of the dashpot. The final
+// state is rolling, w_1 a_1 = -w_2 a_2, and I_1 w_1/a_1 - I_2 w_2/a_2 is conserved.
 TEST(RollingTransition, DashpotEndsInRollingForEveryFormat)
 {
-  // `double` has the rounding of the overlap, a relative 1e-11. In single precision a spin that
-  // decreases by the same amount in every step is rounded in the same direction, by at most 2^-24
-  // of the first spin; `fast` also rounds an overlap of 3e-5 m by 1e-9 m.
+  // In `double` the relative rounding error of the overlap is 1e-11. In single precision, a spin
+  // that decreases by the same amount in every step is rounded in the same direction in every step,
+  // by at most 2^-24 of the initial spin. `fast` also rounds an overlap of 3e-5 m by 1e-9 m.
   struct {
     Format format;
     double overlap, error, error_per_step;
@@ -687,8 +695,8 @@ TEST(RollingTransition, DashpotEndsInRollingForEveryFormat)
     EXPECT_EQ(rig.result().sliding_fraction, 1.0) << name;
     const RveState before = rig.state();
     for (int i = 0; i < 6; ++i) {
-      // The force of the first step acts for a whole step, as the others do: the decrease is linear
-      // to rounding.
+      // The force of every step, also of the first one, acts for a whole step. The decrease is
+      // therefore linear except for rounding.
       const double exact = spin[i % 2] -
           (sliding - 2) * dt * 2.0 * limit * column.arm(i % 2) / column.pair.inertia(i % 2);
       EXPECT_NEAR(slide.see((before.spin[i] - exact) / spin[0]), 0.0, error) << name;
@@ -714,15 +722,15 @@ TEST(RollingTransition, RollingUnderLoadContinuesWithoutLoss)
   rig.strain(Tensor2::zero(), 1e-6, 20000);    // 0.2 rad
 
   const RveState after = rig.state();
-  // The relative rounding error of the overlap is 1e-11, so the arms have a slip of 1e-15, which
-  // the spring counteracts.
+  // Errors of the overlap, 1e-11, change the lever arms and cause a relative slip of 1e-15. The
+  // spring counteracts it.
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(after.spin[i] / spin[i % 2], 1.0, 1e-12);
   EXPECT_EQ(rig.result().sliding_fraction, 0.0);
 }
 
 // ---- the figure
 
-// Oblique impacts at all angles are tested and, on request, written to a file.
+// Tests oblique impacts at all angles. Writes them to a file if GPU_RVE_WRITE_CURVES is set.
 TEST(ObliqueImpact, ReboundFollowsTheClosedFormAtEveryAngle)
 {
   const char *folder = std::getenv("GPU_RVE_WRITE_CURVES");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fabric of contacts, branches and forces on arrays with closed forms, and energies of springs by
-// kind. unittest/lammps/test_fabric.cpp compares them with LAMMPS' compute fabric.
+// Fabric tensors of contacts, branch vectors and forces, and the elastic energy of each kind of
+// spring. Arrays of grains have closed forms. unittest/lammps/test_fabric.cpp compares fabric
+// tensors with compute fabric of LAMMPS.
 
 #include "rve/engine/contact_measures.h"
 #include "rve/engine/contact_model.h"
@@ -63,8 +64,9 @@ TEST(Fabric, OfTheHexagonalLatticeIsIsotropic)
 
 TEST(Fabric, OfRectanglesHasTheContrastOfForcesAndBranchesAlongTheAxes)
 {
-  // The forces k (2r - l) are 10 N along x and 30 N along y. In the plane N_xx = 2 (f_x - f_y)/(f_x
-  // + f_y), and B has the same form with branch lengths.
+  // The forces k (2r - l) are 10 N along x and 30 N along y. In the plane, the fabric tensor of
+  // normal forces is N_xx = 2 (f_x - f_y)/(f_x + f_y). The fabric tensor B of branches has the same
+  // form with branch lengths.
   const double lx = 2.0 * RADIUS - 1e-5, ly = 2.0 * RADIUS - 3e-5;
   const auto measures = contact_measures(rectangles(lx, ly));
 
@@ -77,7 +79,8 @@ TEST(Fabric, OfRectanglesHasTheContrastOfForcesAndBranchesAlongTheAxes)
 
 TEST(Fabric, OfColumnsIsAlongThem)
 {
-  // Only contacts along x exist: <n n> is xx, C = 4 (xx - 1/2).
+  // All contacts are along x. With the mean <n n> of the normals, the fabric tensor of contacts is
+  // C = 4 (<n n> - 1/2).
   const auto measures = contact_measures(rectangles(2.0 * RADIUS - 1e-5, 2.1 * RADIUS));
 
   EXPECT_NEAR(measures.contact(0, 0), 2.0, 1e-12);
@@ -87,7 +90,7 @@ TEST(Fabric, OfColumnsIsAlongThem)
 
 TEST(Fabric, OfBoxesOfSpheresHasTheContrastOfForcesAlongTheAxes)
 {
-  // In space N_aa = 15/2 (f_a - f)/(3 f) with the mean f.
+  // In space N_aa = 15/2 (f_a - f)/(3 f), with the mean force f.
   const double kn = spheres_material().normal_stiffness;
   const Vec<double, 3> overlap{{1e-5, 2e-5, 3e-5}};
   const auto measures = contact_measures(boxes(overlap));
@@ -101,8 +104,9 @@ TEST(Fabric, OfBoxesOfSpheresHasTheContrastOfForcesAlongTheAxes)
 
 TEST(Fabric, TangentialForcesAreComparedWithNormalOnes)
 {
-  // Contacts along x have 10 N along and 20 N across the contact, contacts along y none: X =
-  // diag(5, 0), T = 4/f (X - tr X/2).
+  // All normal forces are f = 20 N. Contacts along x have tangential forces of 10 N, contacts along
+  // y have none. The fabric tensor of tangential forces is T = 4/f (X - tr X/2), with X = diag(5 N,
+  // 0).
   RveState state = rectangles(2.0 * RADIUS - 2e-5, 2.0 * RADIUS - 2e-5);
   for (int i = 0; i < 16; ++i)
     state.pairs.push_back({i, i / 4 * 4 + (i + 1) % 4, i % 2 ? 10.0 : -10.0});
@@ -116,7 +120,8 @@ TEST(Fabric, TangentialForcesAreComparedWithNormalOnes)
 
 TEST(Fabric, RotatesWithTheRve)
 {
-  // A sheared packing is compared with the same one rotated by 90 degrees, where x y become y -x.
+  // A sheared packing is compared with the same packing rotated by 90 degrees, which maps x to y
+  // and y to -x.
   RveRig rig(paper_packing());
   rig.strain(gradient(0, 1, 1.0), 2e-5, 500);
   RveState state = rig.state(), turned = state;
@@ -145,8 +150,8 @@ TEST(Fabric, OfGrainsThatDoNotTouchIsZero)
 
 TEST(Sliding, IsSharedByStrongAndWeakContacts)
 {
-  // The forces are 30 N along x and 10 N along y, 20 N on average. Two and four of 16 contacts each
-  // have the tangential force of the friction limit.
+  // The normal forces are 30 N along x and 10 N along y, with a mean of 20 N. The tangential force
+  // is at the friction limit in two of 16 contacts along x and in four of 16 contacts along y.
   RveState state = rectangles(2.0 * RADIUS - 3e-5, 2.0 * RADIUS - 1e-5);
   const double friction = state.material.friction;
   ASSERT_GT(friction, 0.0);
@@ -195,8 +200,8 @@ TEST(ElasticEnergy, OfDisksIsThatOfTheEngineByKinds)
 
 TEST(ElasticEnergy, OfRollingIsThatOfItsSprings)
 {
-  // 16 springs of k_r have 3 N and 16 have -2 N; normal forces of 20 N allow 4 N. E = f^2 / (2
-  // k_r).
+  // A rolling force f stores the energy f^2 / (2 k_r). 16 contacts have 3 N and 16 contacts have -2
+  // N. Normal forces of 20 N allow up to 4 N.
   RveState state = rectangles(2.0 * RADIUS - 2e-5, 2.0 * RADIUS - 2e-5);
   state.material.rolling_stiffness = 5e5;
   state.material.rolling_friction = 0.2;
@@ -215,10 +220,10 @@ TEST(ElasticEnergy, OfRollingIsThatOfItsSprings)
 
 TEST(ElasticEnergy, OfRollingAndTwistingSpheresIsThatOfTheirSprings)
 {
-  // The 64 contacts along x of an array have 20 N. Their rolling forces of 1.5 N across the normal
-  // store f_r^2 / (2 k_r), and their moments of 1 mN m store m^2 / (2 k_q). After Marshall, k_q =
-  // k_t R d / 2 at the overlap d, and the stored number is the moment M of the angle M / (k_t R^2 /
-  // 2).
+  // The 64 contacts along x have a normal force of 20 N. A rolling force of f_r = 1.5 N across the
+  // normal stores the energy f_r^2 / (2 k_r), and a twisting moment of m = 1 mN m stores m^2 / (2
+  // k_q). After Marshall, k_q = k_t R d / 2, with the reduced radius R and the overlap d. The
+  // history then contains the number M for the angle M / (k_t R^2 / 2).
   for (const double marshall : {0.0, 1.0}) {
     SCOPED_TRACE(marshall);
     const double overlap = 2e-5, reduced_radius = 0.5 * RADIUS;

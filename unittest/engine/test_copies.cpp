@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A packing in a cell twice as wide has the same forces, whichever face of the cell a contact
-// crosses, and then moves in the same way.
+// Two copies of a packing side by side in a cell of twice the width. They must have the same forces
+// as the packing, whichever face of the cell a contact crosses, and move in the same way.
 
 #include "support/rve_rig.h"
 #include "support/small_packings.h"
@@ -48,8 +48,8 @@ template <int D> struct Rig {
   }
 };
 
-/// Returns a packing that is sheared beyond a change of cell vectors, with contacts that stick and
-/// slide.
+/// Returns a packing after a shear with at least one lattice reduction. It has sticking and sliding
+/// contacts.
 template <int D> RveStateOf<D> sheared_packing(Format format)
 {
   Rig<D> rig(small_packing<D>(), format);
@@ -59,8 +59,8 @@ template <int D> RveStateOf<D> sheared_packing(Format format)
   return rig.engine->state(0);
 }
 
-/// Returns the relative rounding error of positions, for overlaps of 1e-3 of the diameter, and of
-/// forces.
+/// Returns the relative rounding error of forces, including the effect of positions for overlaps of
+/// 1e-3 of the diameter.
 double rounding(Format format)
 {
   return format == Format::Fast ? 2e-4 : format == Format::Mixed ? 1e-6 : 1e-11;
@@ -116,7 +116,7 @@ TYPED_TEST(Copies, HaveTheSameForcesForContactsThroughAnyFace)
   }
 }
 
-// The copies agree only while their difference has not grown, since a sheared packing is chaotic.
+// A sheared packing is chaotic. The copies agree only as long as their difference has not grown.
 TYPED_TEST(Copies, MoveAsTheOriginal)
 {
   constexpr int D = TypeParam::value;
@@ -133,7 +133,7 @@ TYPED_TEST(Copies, MoveAsTheOriginal)
   for (const double c : end.velocity) fastest = std::max(fastest, std::fabs(c));
   for (int k = 0; k < D * n; ++k)
     EXPECT_NEAR(end.velocity[k], end.velocity[D * n + k], 2.0 * PARTING * fastest);
-  // The copies do not agree to the bit, since they must be able to part.
+  // The copies must not agree to the last bit. Otherwise they could never become different.
   EXPECT_NE(end.velocity[0], end.velocity[D * n]);
 }
 
@@ -167,7 +167,7 @@ TYPED_TEST(Copies, CountAsOneGrainWideWhenTheyAreCloseAndEqual)
   EXPECT_TRUE(is_one_grain_across(near, 2));
   EXPECT_TRUE(is_one_grain_across(side_by_side(near), 4));
 
-  // Each copy moves by at least a fifth of its diameter in its own direction.
+  // All copies move independently, by at least a fifth of a diameter.
   Random random(1);
   for (int i = 0; i < state.num_grains(); ++i)
     near.fractional[D * i + D - 1] += static_cast<std::uint64_t>(

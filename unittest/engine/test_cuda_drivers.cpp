@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Messages and the choice of the device if the CUDA runtime finds a driver that is too old or has
-// no device. The driver is a stub (stub_driver.c), so that machines without a driver can run the
-// test. The environment variable RVE_TEST_OBSTACLE has the expected message.
+// Tests the messages and the choice of the device if the driver is too old or has no device. The
+// driver is a stub (stub_driver.c), so that any machine can run the test. The environment variable
+// RVE_TEST_OBSTACLE contains the expected message.
 
 #include "rve/engine/engine.h"
 #include "support/environment.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The quick check of a drive, which most drives pass, agrees with the complete checks.
+// Most drives pass the quick check of a drive. Its result agrees with that of the complete checks.
 
 #include "rve/core/error.h"
 #include "rve/engine/drive_record.h"

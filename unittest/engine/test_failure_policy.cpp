@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Failures of an RVE: it reports a status and keeps the state before the call, and the rest of the
-// batch continues.
+// Failures of an RVE. The RVE returns a status and keeps its state from before the call. The other
+// RVEs of the batch continue.
 
 #include "support/messages.h"
 #include "support/rve_rig.h"
@@ -49,13 +49,14 @@ TEST(Failure, OverlapBeyondTheLimitIsReportedAndTheStateKept)
 
 TEST(Failure, CellThatBecomesTooNarrowIsReported)
 {
-  // Two small disks in a cell that is flattened have no overlap, but images come within the cutoff.
+  // Two small disks are in a cell that is flattened. They never touch, but their images come within
+  // the cutoff.
   RveState state = state_of(paper_material(), 0.04 * Tensor2::identity(), {0.004, 0.004},
                             {0.01, 0.02, 0.03, 0.02});
   RveRig rig(state);
 
   const Result &result =
-      rig.strain(gradient(1, 1, -1.0), 1e-5, 100000);    // a height of 15 mm with a cutoff of 8 mm
+      rig.strain(gradient(1, 1, -1.0), 1e-5, 100000);    // to a height of 15 mm; the cutoff is 8 mm
 
   EXPECT_EQ(result.status & status::Fatal, status::CellTooNarrow) << describe_status(result.status);
   EXPECT_EQ(rig.state().fractional, state.fractional);
@@ -126,14 +127,14 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
 
 TEST(Failure, GrainsOfTooDifferentSizesAreRefused)
 {
-  // A quotient that underflows would request infinitely many neighbours.
+  // If the ratio of radii underflowed, the engine would reserve infinitely many neighbours.
   for (const double small : {4e-5, 1e-12, 1e-30, 1e-300, 4.9e-324}) {
     const RveState state = state_of(paper_material(), 0.04 * Tensor2::identity(), {0.004, small},
                                     {0.01, 0.02, 0.03, 0.02});
 
     const std::string message = message_of([&] { RveRig rig(state); });
 
-    // No format can compute with the smallest sizes.
+    // The smallest radii are outside the range of sizes of all formats.
     EXPECT_TRUE(contains(message, "largest to smallest radius must be at most 60") ||
                 contains(message, "it must be between 1e-30 and 1e30"))
         << small << ": " << message;
@@ -185,8 +186,8 @@ TEST(Failure, TimeStepBeyondTheBoundIsReported)
 
 TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsReported)
 {
-  // One of two disks that never touch moves along x. Wrapped coordinates do not show motion by
-  // whole cells in a step.
+  // There are two disks that never touch, and one moves along x. Motion by whole cells in a step
+  // must be detected, although wrapped coordinates do not show it.
   const double dt = 1e-4, width = 0.2;
   RveState state = state_of(paper_material(), width * Tensor2::identity(), {0.005, 0.004},
                             {0.05, 0.05, 0.15, 0.15});
@@ -269,7 +270,7 @@ TEST(Gas, RecompressesToASolid)
 {
   for (const Format format : ALL_FORMATS) {
     RveRig rig(paper_packing(), cpu_options(format));
-    // 5 % apart: contacts are lost
+    // An extension of 5 % opens the contacts.
     rig.strain(gradient(0, 0, 0.5) + gradient(1, 1, 0.5), DT, 1000, 2);
     const double loose = rig.result().mean_stress();
     const double void_ratio = rig.result().void_ratio;
@@ -277,8 +278,8 @@ TEST(Gas, RecompressesToASolid)
     rig.strain(gradient(0, 0, -0.5) + gradient(1, 1, -0.5), DT, 1000, 2);
     rig.strain(Tensor2::zero(), DT, 2000);
 
-    // The cell is that of 100 kPa again, with other neighbours, so the pressure is only about 100
-    // kPa.
+    // The cell is again the one of the packing at 100 kPa. The grains have other neighbours, so
+    // that the pressure is only roughly 100 kPa.
     EXPECT_LT(loose, 100.0) << to_string(format);
     EXPECT_GT(void_ratio, 0.25);
     EXPECT_EQ(rig.result().status, status::Ok) << to_string(format);
@@ -289,8 +290,8 @@ TEST(Gas, RecompressesToASolid)
 
 TEST(Gas, FirstContactsMayBeFarBeyondTheGuessedForceScale)
 {
-  // The guess for a packing without contacts is an overlap of 1e-3 r. This collision reaches 0.1 r,
-  // so the call is repeated with a coarser scale.
+  // For a packing without contacts, the engine chooses the force scale for overlaps of 1e-3 r. This
+  // collision reaches 0.1 r, so that the call is repeated with a coarser scale.
   for (const Format format : ALL_FORMATS) {
     RveState state = two_disks(-1e-4);
     state.velocity = {9.0, 12.0, -9.0, -12.0};
@@ -329,8 +330,8 @@ TEST(Evaluation, WithoutSubstepsChangesNothing)
           << to_string(format) << (dashpots ? " with dashpots" : "");
       EXPECT_EQ(evaluated.counters.steps, moved.counters.steps);
       if (dashpots) continue;
-      // The force scale may have changed after the last call: 2^-25 (double 2^-52) of the largest
-      // force per contact.
+      // The force scale may have changed after the last call. A contact force then differs by 2^-25
+      // of the largest force, in `double` by 2^-52.
       for (int k = 0; k < 4; ++k)
         EXPECT_NEAR(evaluated.stress.component[k], moved.stress.component[k],
                     1e-6 * moved.mean_stress())
@@ -347,7 +348,7 @@ TEST(Evaluation, OfAFreshPackingGivesItsPressure)
   const Result &result = rig.evaluate();
 
   EXPECT_EQ(result.num_contacts, 875);
-  // prepared to a relative unbalanced force of 7e-9
+  // The packing was prepared to a relative unbalanced force of 7e-9.
   EXPECT_NEAR(result.mean_stress(), 1e5, 0.01);
   EXPECT_EQ(result.counters.steps, 0);
   EXPECT_NEAR(result.void_ratio, 0.16104146789664689, 1e-12);

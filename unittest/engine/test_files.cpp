@@ -141,7 +141,7 @@ TEST(OutputFile, ADeviceBehindALinkIsWrittenInto)
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-// A regular file must not replace /dev/null, even if root runs the program.
+// A write must not replace /dev/null by a regular file, even if root runs the program.
 TEST(OutputFile, ADeviceStaysADevice)
 {
   const fs::path path = new_folder() / "null";

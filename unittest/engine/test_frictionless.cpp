@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The kernel variant for grains without friction, which omits tangential forces, torques and
-// contact histories, gives the same results as the general variant with a coefficient of zero. The
-// same source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
+// The kernel variant for grains without friction omits tangential forces, torques and contact
+// histories. It gives the same results as the general variant with a friction coefficient of zero.
+// The same source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 
@@ -104,8 +104,8 @@ TEST_P(Frictionless, InitialSpinsStayConstant)
   EXPECT_EQ(rig.state().spin, state.spin);
 }
 
-// Without friction, tangential forces of the initial state are at their limit of zero after the
-// first step.
+// The initial state has tangential forces. Without friction their limit is zero, so that they
+// vanish in the first step.
 TEST_P(Frictionless, TangentialForcesOfTheStateVanishInTheFirstStep)
 {
   RveState state = paper_packing();
@@ -127,7 +127,7 @@ TEST_P(Frictionless, TangentialForcesOfTheStateVanishInTheFirstStep)
 
 #if defined(RVE_TEST_CUDA)
 
-// The kernels for few RVEs, many RVEs, large RVEs and any number of grains per thread are compared.
+// Compares the kernels for few RVEs, for many RVEs, for large RVEs, and with grains in memory.
 TEST_P(Frictionless, EveryKernelGivesTheBitsOfTheCpu)
 {
   const RveState state = without_friction();
@@ -155,8 +155,8 @@ TEST_P(Frictionless, EveryKernelGivesTheBitsOfTheCpu)
   }
 }
 
-// Approximate roots have a relative error of 2^-22 of a distance; overlaps are a thousandth of a
-// distance.
+// An approximate root gives a distance a relative error of 2^-22. Overlaps are a thousandth of a
+// distance, so that their relative error is a thousand times as large.
 TEST_P(Frictionless, RelaxedStressIsWithinTheErrorOfARoot)
 {
   if (GetParam() == Format::Double) GTEST_SKIP() << "double has no relaxed arithmetic";
@@ -180,7 +180,7 @@ TEST_P(Frictionless, RelaxedStressIsWithinTheErrorOfARoot)
 
 #if defined(RVE_TEST_CUDA)
 const auto FORMATS = testing::Values(Format::Fast, Format::Mixed, Format::Double);
-#else    // where the format `single` exists
+#else    // only a CPU has the format `single`
 const auto FORMATS = testing::Values(Format::Fast, Format::Mixed, Format::Double, Format::Single);
 #endif
 INSTANTIATE_TEST_SUITE_P(Formats, Frictionless, FORMATS,

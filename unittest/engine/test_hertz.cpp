@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contacts by Hertz and Mindlin through the whole engine: impacts of two disks against closed
-// forms, energy, time steps, packings, files.
+// Contacts of Hertz and Mindlin in the whole engine: impacts of two disks compared with closed
+// forms, energy, time steps, packings and files.
 
 #include "rve/core/pi.h"
 #include "rve/engine/contact_network.h"
@@ -39,13 +39,14 @@ struct Damping {
   MaterialMember member;
   double value;
 };
-// Each is 0.1 to 0.2 of the critical damping in the impacts below.
+// In the impacts below, each damping is 0.1 to 0.2 of the critical one.
 constexpr Damping DAMPINGS[] = {{"none", &Material::normal_viscosity, 0.0},
                                 {"velocity", &Material::normal_viscosity, 20.0},
                                 {"viscoelastic", &Material::viscoelastic_damping, 4e5},
                                 {"coeff_restitution", &Material::restitution_damping, 0.2}};
 
-// Returns the largest overlap: f = k d^(3/2), k = k_n sqrt(R), m v^2/2 = 2/5 k d^(5/2).
+// Returns the largest overlap d of an impact with the velocity v: m v^2/2 = 2/5 k d^(5/2), since
+// the force is f = k d^(3/2) with k = k_n sqrt(R). m and R are the reduced mass and radius.
 double largest_overlap(double v)
 {
   const double k = STIFFNESS * std::sqrt(REDUCED_RADIUS);
@@ -79,7 +80,8 @@ Impact impact(const RveState &before, double dt)
   return {rig.state(), rig.result().energy, in_contact * dt, overlap};
 }
 
-/// Returns the relative velocity after the impact over that before, along the line of centres.
+/// Returns the coefficient of restitution: the ratio of the relative velocities along x after and
+/// before the impact.
 double restitution(const RveState &before, const RveState &after)
 {
   return (after.velocity[2] - after.velocity[0]) / (before.velocity[0] - before.velocity[2]);
@@ -140,8 +142,8 @@ RveState sheared(const RveState &state)
   return rig.state();
 }
 
-/// Returns the highest frequency of sticking contacts, by power iteration with the matrix of all
-/// motions (x, y, theta of each grain).
+/// Returns the highest frequency of a packing with sticking contacts. It assembles the matrix for
+/// x, y and theta of all grains and uses power iteration.
 double frequency_of_matrix(const RveState &state)
 {
   const int size = 3 * state.num_grains();
@@ -230,8 +232,8 @@ TEST(HertzImpact, OtherDashpotsHaveVelocityDependentRestitution)
     const RveState before = approaching_disks(RADIUS, material, v);
     return restitution(before, impact(before, duration(v) / 1000.0).after);
   };
-  // The loss is the rate gamma/m times the duration: v^-1/5 with constant gamma, v^1/5 with gamma
-  // proportional to a.
+  // The loss is the rate gamma/m times the duration of the contact. It is proportional to v^-1/5
+  // for a constant gamma, and to v^1/5 if gamma is proportional to the contact radius.
   EXPECT_LT(restitution_at(DAMPINGS[1], 0.01), restitution_at(DAMPINGS[1], 0.1) - 0.02);
   EXPECT_GT(restitution_at(DAMPINGS[2], 0.01), restitution_at(DAMPINGS[2], 0.1) + 0.02);
 }
@@ -261,12 +263,12 @@ TEST(HertzImpact, BalancesItsEnergyWithEveryDamping)
           const double lost = kinetic_energy(before) - kinetic_energy(found.after);
           EXPECT_EQ(found.energy.viscous > 0.0, damping.value > 0.0);
           if (is_sliding || damping.value > 0.0) { EXPECT_GT(lost, 0.01 * kinetic_energy(before)); }
-          // The dissipation by friction is negative if the contact releases more energy than it
-          // takes while it grows and shrinks.
+          // A contact that grows and shrinks may release more energy than it has stored. The
+          // dissipation by friction is then negative.
           const double dissipation = found.energy.friction + found.energy.viscous;
           return std::fabs(lost - dissipation) / kinetic_energy(before);
         };
-        // The residual is a sum over steps and of first order in the step.
+        // The residual is of first order in the time step.
         const double coarse = residual(1000), fine = residual(8000);
         EXPECT_LT(fine, 1e-3);
         EXPECT_LT(fine, std::fmax(0.5 * coarse, 1e-4));
@@ -286,8 +288,8 @@ TEST(HertzImpact, GrossSlidingTransfersTheCoulombImpulse)
 
     const Impact found = impact(before, duration(v) / 4000.0);
 
-    // The impulse mu m (1 + e) v_n acts along the tangent on the centres, and with arm r on I = M
-    // r^2/2.
+    // The tangential impulse is mu m (1 + e) v_n, with the reduced mass m. It acts on the centres
+    // and, with the lever arm r, on the inertias I = M r^2/2 of the disks.
     const double change = (found.after.velocity[3] - found.after.velocity[1]) + v_t;
     EXPECT_NEAR(restitution(before, found.after), 1.0, 1e-4);
     EXPECT_NEAR(change, mu * 2.0 * v, 1e-4 * v);
@@ -378,8 +380,8 @@ TEST(HertzPacking, ContinuesToTheSameBitsFromImagesAndFiles)
   }
 }
 
-/// On CPUs with AVX2, the kernel variant without dashpots and energy bookkeeping computes grains in
-/// packs.
+/// On CPUs with AVX2, the kernel variant without dashpots and energy bookkeeping computes several
+/// grains at once.
 TEST(HertzPacking, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   RveState state = sheared(packing());
@@ -435,7 +437,7 @@ TEST(HertzPacking, RigidRotationRotatesItsStress)
     const int steps = 1 + static_cast<int>(0.5 * kPi / RATE / time_step() / 20.0);
     rig.strain(spin_gradient(RATE), 0.5 * kPi / RATE / (20 * steps), steps, 20);
 
-    // A quarter turn has R = (0 -1; 1 0).
+    // The rotation matrix of a quarter turn is R = (0 -1; 1 0).
     const Tensor2 &after = rig.result().stress;
     const double p = -0.5 * trace(before), tolerance = 2e-3 * p;
     EXPECT_NEAR(after(0, 0), before(1, 1), tolerance);

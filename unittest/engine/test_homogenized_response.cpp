@@ -30,7 +30,8 @@ RveState hexagonal_lattice(double overlap, double tangential_stiffness)
   return rve_test::hexagonal_lattice(material, RADIUS, overlap);
 }
 
-/// Returns d stress / d strain of the lattice for a small homogeneous strain increment.
+/// Returns the change of stress of the lattice per strain, for a small homogeneous strain
+/// increment.
 Tensor2 stress_rate(const Tensor2 &strain, double overlap, double tangential_stiffness)
 {
   RveRig rig(hexagonal_lattice(overlap, tangential_stiffness));
@@ -52,8 +53,9 @@ TEST(HexagonalLattice, PressureIsThatOfItsSixContactsPerGrain)
 
     const Result &result = rig.evaluate();
 
-    // There are 3 N contacts; p = sqrt(3) k_n delta/(d z) with the spacing d. Positions are exact
-    // to 2^-53 of the cell, 6e-18 m, which is 6e-12 of the smallest overlap, plus a few roundings.
+    // N disks have 3 N contacts. p = sqrt(3) k_n delta/(d z), with the overlap delta, the spacing d
+    // and the thickness z. Positions are exact to 2^-53 of the cell, or 6e-18 m. This is 6e-12 of
+    // the smallest overlap. A few roundings add to it.
     const double pressure =
         std::sqrt(3.0) * STIFFNESS * overlap / ((2.0 * RADIUS - overlap) * THICKNESS);
     EXPECT_EQ(result.num_contacts, 108);
@@ -68,7 +70,7 @@ TEST(HexagonalLattice, PressureIsThatOfItsSixContactsPerGrain)
 
 TEST(HexagonalLattice, StiffnessIsThatOfItsSprings)
 {
-  // The closed forms omit terms of the order p/E = overlap/spacing = 1e-6 and of the strain.
+  // The closed forms omit terms of the order of the relative overlap, 1e-6, and of the strain.
   const double overlap = 1e-8;
   for (const double kt : {0.0, 0.4 * STIFFNESS, STIFFNESS}) {
     const double unit = 2.0 / (std::sqrt(3.0) * THICKNESS);
@@ -84,7 +86,7 @@ TEST(HexagonalLattice, StiffnessIsThatOfItsSprings)
     EXPECT_NEAR(other(1, 1) / c1111, 1.0, 1e-5);
     EXPECT_NEAR((stretch(1, 1) - c1122) / c1111, 0.0, 1e-5);
     EXPECT_NEAR((other(0, 0) - c1122) / c1111, 0.0, 1e-5);
-    EXPECT_NEAR(shear(0, 1) / c1212, 1.0, 1e-5);    // strain_12 = 1/2: 2 C1212 / 2
+    EXPECT_NEAR(shear(0, 1) / c1212, 1.0, 1e-5);    // sigma_12 = 2 C1212 eps_12 with eps_12 = 1/2
     EXPECT_NEAR(shear(1, 0) / c1212, 1.0, 1e-5);
     EXPECT_NEAR(shear(0, 0) / c1111, 0.0, 1e-5);
     EXPECT_NEAR(stretch(0, 1) / c1111, 0.0, 1e-5);
@@ -112,7 +114,7 @@ TEST(LoveStress, IsTheDerivativeOfTheElasticEnergy)
           static_cast<double>(packing.fractional[2 * contact.first + a]);
       if (std::fabs(s) > 0x1p63) ++crossing;
     }
-  EXPECT_GT(crossing, 40);    // about twice sqrt(400) contacts lie across each side
+  EXPECT_GT(crossing, 40);    // about 2 sqrt(400) contacts cross each side of the cell
 
   const double h = 2e-6;
   for (int a = 0; a < 2; ++a)
@@ -121,9 +123,9 @@ TEST(LoveStress, IsTheDerivativeOfTheElasticEnergy)
       const double slope = (elastic_energy(Tensor2::identity() + step) -
                             elastic_energy(Tensor2::identity() - step)) /
           (2.0 * h);
-      // Energies are summed in units of 2^-38 F r = 7e-12 J: 1e-10 J for 875 contacts, 0.02 Pa
-      // after division by 2 h V. The few contacts that open or close within h add less than 0.01
-      // Pa.
+      // Energies are summed in units of 2^-38 F r = 7e-12 J. For 875 contacts the error is 1e-10 J,
+      // or 0.02 Pa after division by 2 h V. The few contacts that open or close within h add less
+      // than 0.01 Pa.
       EXPECT_NEAR(slope / volume, stress(a, b), 2e-6 * 1e5);
     }
 }
@@ -144,7 +146,7 @@ TEST(LoveStress, MatchesTheSumOverAllPairsAfterStrongShear)
                                                      : 1e-4;
     EXPECT_GT(result.counters.rebuilds, 50);
     EXPECT_GE(result.counters.lattice_reductions, 1);
-    // In `fast` a contact with a gap below the rounding error may or may not count.
+    // In `fast`, a contact with an overlap below the rounding error may count or not.
     EXPECT_NEAR(result.num_contacts, oracle.num_contacts, format == Format::Fast ? 1 : 0)
         << to_string(format);
     for (int k = 0; k < 4; ++k)
@@ -161,22 +163,22 @@ TEST(LoveStress, DoesNotDependOnTheChoiceOfLatticeVectors)
   RveState state = rig.state();
   const Result before = rig.evaluate();
 
-  // The cell changes by b <- b + 2 a, and s_x <- s_x - 2 s_y in wrapping integers; the list is
-  // dropped and the history kept.
+  // The lattice vectors change by b <- b + 2 a. Fractional coordinates change by s_x <- s_x - 2 s_y
+  // in wrapping integers. The list is dropped, and the history is kept.
   for (int r = 0; r < 2; ++r) state.cell(r, 1) += 2.0 * state.cell(r, 0);
   for (int i = 0; i < state.num_grains(); ++i)
     state.fractional[2 * i] -= 2 * state.fractional[2 * i + 1];
   state.list_fractional.clear();
   state.list_cell = Tensor2::zero();
   RveState reduced = state;
-  // shears back by one cell vector
+  // The net change of this cell is b <- b - a.
   for (int r = 0; r < 2; ++r) reduced.cell(r, 1) -= 3.0 * reduced.cell(r, 0);
   for (int i = 0; i < state.num_grains(); ++i)
     reduced.fractional[2 * i] += 3 * reduced.fractional[2 * i + 1];
 
   const Result after = RveRig(reduced).evaluate();
 
-  // Branch vectors have other rounding errors: 1e-16 of the cell, relative to an overlap of 5e-5 m.
+  // Branch vectors have different rounding errors, of 1e-16 of the cell. Overlaps are 5e-5 m.
   EXPECT_EQ(after.num_contacts, before.num_contacts);
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(after.stress.component[k], before.stress.component[k],

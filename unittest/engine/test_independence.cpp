@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Results do not depend on the list, the origin of coordinates, threads, the batch, and an
-// interruption.
+// Results do not depend on the Verlet list, the origin of coordinates, the number of threads, the
+// other RVEs of a batch, or a restart.
 
 #include "support/rve_rig.h"
 
@@ -14,7 +14,7 @@ namespace {
 constexpr double DT = 5e-5;
 const Tensor2 SHEAR_AND_COMPRESSION = {{0.02, 0.6, 0.0, -0.15}};
 
-/// Strains the packing by a few per cent, with rebuilds, sliding and new contacts.
+/// Strains the packing by a few per cent. Lists are rebuilt, contacts slide, and new contacts form.
 const Result &work_out(RveRig &rig, int calls = 20)
 {
   return rig.strain(SHEAR_AND_COMPRESSION, DT, 50, calls);
@@ -27,8 +27,8 @@ RveState without_list(RveState state)
   return state;
 }
 
-/// Returns the state with exchanged grains in pairs and another order of the list, which keep the
-/// contact histories.
+/// Returns the state with the list in reverse order and every third pair with exchanged grains. The
+/// contact histories stay the same.
 RveState with_shuffled_list(RveState state)
 {
   std::reverse(state.pairs.begin(), state.pairs.end());
@@ -98,7 +98,7 @@ TEST_P(EveryFormat, ShiftOfAllCoordinatesDoesNotChangeABit)
   work_out(rig);
   work_out(shifted_rig);
 
-  // a lattice reduction would transform the shift too
+  // The shift stays the same only without lattice reductions.
   ASSERT_EQ(rig.result().counters.lattice_reductions, 0);
   RveState back = shifted_rig.state();
   for (int i = 0; i < packing.num_grains(); ++i)
@@ -155,7 +155,7 @@ TEST_P(EveryFormat, RestartWithoutTheTangentialHistoryDiffers)
   RveState forgetful = restarted(uninterrupted.state());
   for (Pair &pair : forgetful.pairs) pair.tangential_force = 0.0;
   RveState careless = restarted(uninterrupted.state());
-  careless.largest_contact_force *= 64.0;    // the scale of the force integers is part of the state
+  careless.largest_contact_force *= 64.0;    // the force scale is part of the state
 
   RveRig continued(forgetful, cpu_options(GetParam())), rescaled(careless, cpu_options(GetParam()));
   work_out(uninterrupted, 1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The cache of compiled kernels: all processes find a stored kernel, and a damaged file or a folder
-// with write access for others is never used.
+// The cache of compiled kernels. All processes find a stored kernel. A damaged file, or a folder in
+// which other users may write, is never used.
 
 #include "rve/core/error.h"
 #include "rve/engine/kernel_cache.h"
@@ -57,7 +57,7 @@ class Folder : public testing::Test {
     ASSERT_EQ(cache.obstacle(), "");
   }
 
-  /// Returns true if the cache finds the stored kernel; `why` gets the message of the cache.
+  /// Returns true if the cache finds the stored kernel. `why` receives the message of the cache.
   bool finds(std::string *why = nullptr, const std::string &key = KEY) const
   {
     KernelCache cache(folder);
@@ -256,7 +256,8 @@ TEST(KernelCache, SwitchedOffCacheStoresNothingWithoutAMessage)
 
 // ---- many processes -----------------------------------------------------------------------------
 
-/// Each process reads a whole kernel or none while others write, and no temporary files remain.
+/// While other processes write, each process reads a whole kernel or none. No temporary files
+/// remain.
 TEST_F(KernelCacheProcesses, NeverReadAPartialFile)
 {
   constexpr int rounds = 10;    // each round writes to the disk

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Friction may be so large that no contact slides, as a model of cogs. Sums of forces must hold the
-// actual forces and not the friction limit. The same source is compiled for a CPU and, with
+// Large friction: no contact slides, as if grains were cogs. The integer sums must be scaled for
+// the actual forces and not for the friction limit. The same source is compiled for a CPU and, with
 // RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
@@ -19,7 +19,8 @@ namespace {
 
 constexpr double COEFFICIENTS[] = {100.0, 1e3, 1e5, 1e8, 1e10};
 
-/// Returns a packing at rest under 20 kPa; with `rolling` the rolling friction is as large.
+/// Returns a packing at rest under 20 kPa with this friction. With `rolling`, the rolling friction
+/// has the same value.
 RveState rough_packing(double friction, bool rolling)
 {
   RveState state = paper_packing("A20_h0075.rve");
@@ -31,22 +32,22 @@ RveState rough_packing(double friction, bool rolling)
   return state;
 }
 
-/// Returns the relative error of a pressure at usual friction, from the last digits of an overlap
-/// and of a force.
+/// Returns the relative error of a pressure in the format, as at usual friction. It is that of the
+/// last digits of an overlap and of a force.
 double pressure_error(Format format)
 {
   return format == Format::Double ? 1e-12 : format == Format::Mixed ? 1e-6 : 1e-5;
 }
 
-/// Returns the error after shear(), where differences of last digits have grown; forces are fp32
-/// except in `double`.
+/// Returns the relative error of a pressure after shear(), in which rounding errors grow. Forces
+/// are fp32 except in `double`.
 double sheared_error(Format format)
 {
   return format == Format::Double ? 1e-11 : 1e-4;
 }
 
-/// Shears by 0.2 % and compresses by half of it, in calls of the length of a macro step and in
-/// longer ones.
+/// Shears the packing by 0.2 % and compresses both axes by half of this. The first calls have the
+/// length of a macro step, the last two are longer.
 const Result &shear(RveRig &rig, double dt)
 {
   rig.strain(Tensor2{{-0.05, 0.1, 0.0, -0.05}}, dt, 10, 20);
@@ -109,8 +110,8 @@ TEST_P(LargeFriction, WithoutSlidingTheCoefficientHasNoEffect)
   EXPECT_TRUE(same_answer(shear(more, dt), some.result()));
 }
 
-// Tangential forces of a state may be much larger than the normal ones, from which the first force
-// scale is estimated.
+// The first force scale is estimated from normal forces. Tangential forces of the state may be much
+// larger.
 TEST_P(LargeFriction, LargeTangentialForcesOfAStateFitTheScale)
 {
   RveState state = two_disks(1e-6);
@@ -137,7 +138,8 @@ TEST_P(LargeFriction, LargeTangentialForcesOfAStateFitTheScale)
   }
 }
 
-// The overlap limit does not apply to tangential springs that are stretched beyond it.
+// The overlap limit does not apply to tangential springs, even if they are stretched by more than
+// this length.
 TEST_P(LargeFriction, TangentialForcesDoNotExceedTheOverlapLimit)
 {
   RveState state = two_disks(1e-6);
@@ -222,7 +224,8 @@ TEST_P(LargeFriction, WorkGoesIntoSpringsAndMotion)
 
   const double stored =
       after.elastic_energy - before.elastic_energy + after.kinetic_energy - before.kinetic_energy;
-  // Contacts that open lose the energy of their tangential springs, which is counted as friction.
+  // A contact that opens loses the energy of its tangential spring. The bookkeeping counts this as
+  // friction.
   EXPECT_NEAR(after.energy.work, stored + after.energy.friction, 2e-2 * after.energy.work);
 }
 

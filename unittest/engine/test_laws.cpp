@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Properties of every contact law in the table of kernel variants, in every number format. A new
-// line of the table is tested here without further code.
+// Tests properties of every contact law in the table of kernel variants, in every number format. A
+// new line of the table is tested without further code.
 
 #include "rve/core/pi.h"
 #include "rve/engine/variant_configs.h"
@@ -117,7 +117,7 @@ template <class Real, int D> Vec<Real, D> along_x(double x)
   return v;
 }
 
-/// Returns true if the numbers are equal; zeros may have any sign.
+/// Returns true if all numbers are equal. Zeros with different signs are equal.
 template <class Number, class T> bool same_numbers(const T &x, const T &y)
 {
   Number a[sizeof(T) / sizeof(Number)], b[sizeof(T) / sizeof(Number)];
@@ -177,8 +177,8 @@ template <class Law> struct Sample {
   }
 };
 
-/// Returns true if the parameter changes the force, the torques or the history of one of many
-/// pairs.
+/// Returns true if, in any of many random pairs, the parameter changes the force, the torques or
+/// the history.
 template <class Law> bool matters(double MaterialNumbers::*parameter)
 {
   const Material material = all_that_contacts_have();
@@ -200,7 +200,7 @@ template <class Law> bool matters(double MaterialNumbers::*parameter)
 
 template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
 {
-  // The kernels of the law omit these parameters.
+  // Returns true if the kernels of the law omit this parameter.
   const auto is_left_out = [](MaterialMember member) {
     if (member == &MaterialNumbers::rolling_stiffness ||
         member == &MaterialNumbers::rolling_friction ||
@@ -247,7 +247,7 @@ template <class Law> void expect_the_same_bits_from_both_grains()
   }
 }
 
-/// Without dashpots, a second evaluation of a contact without time in between changes nothing.
+/// Without dashpots, a second evaluation of a contact with a time step of zero changes nothing.
 template <class Law> void expect_that_looking_twice_changes_nothing()
 {
   if (Law::is_damped) return;
@@ -264,7 +264,7 @@ template <class Law> void expect_that_looking_twice_changes_nothing()
   }
 }
 
-/// The largest force is at least the tangential force and at least the largest force so far.
+/// Law::largest() returns at least the tangential force and at least the largest force so far.
 template <class Law> void expect_that_the_largest_force_is_one_of_the_contact()
 {
   const Law law = law_of<Law>(all_that_contacts_have());
@@ -286,9 +286,9 @@ template <class T> double power_of(const Vec<T, 3> &torque, const Vec<T, 3> &spi
   return dot(torque, spin);
 }
 
-/// A grain is pressed on another one, slides, rolls and twists on it back and forth, and is lifted
-/// a little. The work on the grains equals the energy of the springs and the dissipation of the
-/// contact.
+/// A grain is pressed on another grain, slides, rolls and twists on it back and forth, and is
+/// lifted a little. The work on the grains equals the change of spring energy plus the dissipation
+/// of the contact.
 template <class Law>
 void expect_that_energy_is_balanced(bool dissipates,
                                     const Material &material = all_that_contacts_have())
@@ -309,7 +309,7 @@ void expect_that_energy_is_balanced(bool dissipates,
     const double t = static_cast<double>(k) / STEPS;
     j.velocity[0] = Real(-0.02 * std::cos(2.0 * kPi * t));
     j.velocity[1] = Real(0.1 * std::sin(6.0 * kPi * t));
-    // The rotation is counter-clockwise in the plane and about z in space.
+    // This spin is the one of a disk, or the z component of the spin of a sphere.
     spin_component(i.spin, Space<D>::spins - 1) = Real(8.0 * std::sin(4.0 * kPi * t));
     spin_component(j.spin, Space<D>::spins - 1) = Real(-5.0 * std::sin(10.0 * kPi * t));
     if constexpr (D == 3) {
@@ -324,7 +324,7 @@ void expect_that_energy_is_balanced(bool dissipates,
     ASSERT_GT(contact.overlap, 0);
     const auto force = evaluate(law, contact, i, j, Tensor<Real, D>::zero(), history, Real(DT));
     history = force.history();
-    // power of the external forces that balance the contact
+    // Power of the external forces and torques that balance those of the contact.
     const double power = dot(force.force, j.velocity) - power_of(force.torque_i, i.spin) -
         power_of(force.torque_j, j.spin);
     elastic = law.elastic_energy(contact, force);
@@ -344,9 +344,9 @@ void expect_that_energy_is_balanced(bool dissipates,
     EXPECT_EQ(lost, 0.0);
 }
 
-/// The normal stiffness is the slope of the spring force. Moduli that a law declares constant are
-/// constant. Moduli otherwise grow with the overlap, so that those at full overlap are an upper
-/// bound.
+/// The normal stiffness is the slope of the spring force. If a law declares its moduli as constant,
+/// they do not depend on the overlap. Otherwise moduli grow with the overlap, so that their values
+/// at the full overlap are upper bounds.
 template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
 {
   const Law law = law_of<Law>(all_that_contacts_have());
@@ -375,8 +375,8 @@ template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
   }
 }
 
-/// At rest the normal force is that of the springs, and the tangential and rolling forces grow with
-/// their displacements according to the moduli.
+/// At rest the normal force is the spring force. For small motions, the tangential force and the
+/// moments are given by the moduli of springs and dashpots.
 template <class Law> void expect_that_moduli_are_those_of_small_motions()
 {
   using Real = typename Law::Numbers::Real;
@@ -404,7 +404,8 @@ template <class Law> void expect_that_moduli_are_those_of_small_motions()
   EXPECT_NEAR(along - at_rest.normal_force, -viscosity.normal * 1e-3, 1e-12 * at_rest.normal_force);
 
   if constexpr (Law::has_rolling) {
-    // The moments for a rotation by w dt and for w are R^2 times the moduli of R w dt and R w.
+    // With the reduced radius R, the moment is R^2 times the spring modulus times the rotation w
+    // dt, plus R^2 times the dashpot modulus times the spin w.
     const double area = 0.25 * RADIUS * RADIUS, turn = 1e-3;
     j = i;
     spin_component(j.spin, LAST) = turn;

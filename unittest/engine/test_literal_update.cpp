@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The integrator agrees with the update in the paper: peculiar velocities and fractional
-// coordinates give the same motion as equations (23), (38), (39) with total velocities and
-// Cartesian positions, up to O(dt).
+// Compares the integrator with the update in the paper. The engine uses peculiar velocities and
+// fractional coordinates. Equations (23), (38) and (39) of the paper use total velocities and
+// Cartesian positions. Both motions agree up to O(dt).
 
 #include "oracle/literal_update.h"
 #include "support/rve_rig.h"
@@ -20,8 +20,8 @@ struct Difference {
   double motion;
 };
 
-/// Runs two straight paths of the cell, shear and compression, of 5 ms each. L = Hdot H^-1 varies
-/// along the second one and jumps at the start and in the middle.
+/// Runs shear for 5 ms and then compression for 5 ms. Both are straight paths of the cell H. L =
+/// Hdot H^-1 varies along the second path, and jumps at the start of each path.
 Difference after_ten_milliseconds(const RveState &packing, double dt)
 {
   const double duration = 0.005;
@@ -63,8 +63,8 @@ TEST(LiteralUpdateOfThePaper, ConvergesToOursAtFirstOrderInTheTimeStep)
   const Difference middle = after_ten_milliseconds(packing, 2e-5);
   const Difference fine = after_ten_milliseconds(packing, 1e-5);
 
-  // The second-order term is w dt ~ 1e-2 of the first; single contacts that begin to slide a step
-  // earlier add a per cent.
+  // The second-order term of the difference is w dt ~ 1e-2 of the first-order term. Single contacts
+  // that begin to slide one step earlier add a per cent.
   EXPECT_LT(coarse.position, 1e-4 * coarse.motion);
   EXPECT_NEAR(coarse.position / middle.position, 2.0, 0.05);
   EXPECT_NEAR(middle.position / fine.position, 2.0, 0.05);
@@ -74,10 +74,10 @@ TEST(LiteralUpdateOfThePaper, ConvergesToOursAtFirstOrderInTheTimeStep)
 
 TEST(LiteralUpdateOfThePaper, DampsTheSameVelocity)
 {
-  // Cundall's damping switches with the sign of a velocity that may be nearly zero, so that the
-  // difference decreases in jumps: from 4e-5 s to 5e-6 s by a factor of at least four, where first
-  // order would give eight. Damping of the total velocity, (4) without (38), leaves a difference of
-  // the order of the motion.
+  // Cundall's damping depends on the sign of a velocity that may be nearly zero. The difference
+  // between both updates therefore decreases in jumps. From steps of 4e-5 s to 5e-6 s it decreases
+  // by a factor of at least four, while first order would give eight. If the total velocity were
+  // damped, as in equation (4) without (38), the difference would be of the order of the motion.
   const RveState packing = paper_packing();
 
   const Difference coarse = after_ten_milliseconds(packing, 4e-5);

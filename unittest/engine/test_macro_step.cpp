@@ -102,7 +102,7 @@ template <int D, class F> void for_increments(const F &f)
 template <int D> void expect_sizes_of_increments()
 {
   for_increments<D>([](const rve::Tensor<double, D> &increment, double strain, double angle) {
-    // F has rounding errors of 1e-16.
+    // The increment has rounding errors of 1e-16.
     EXPECT_NEAR(strain_size(increment), strain, 2e-15 + 1e-12 * strain) << strain << " " << angle;
     const double bound = rve::bound_of_rotation(increment);
     EXPECT_GE(bound, angle - 1e-15) << strain;
@@ -124,7 +124,7 @@ TEST(FiniteStrain, AnglesAgreeWithTheLibraryFunctions)
   for (int k = 0; k <= 1000; ++k) {
     const double angle = 0.001 * k * rve::kPi;
     const double exact = std::atan2(std::sin(angle), std::cos(angle));
-    // The error is one digit for the series and one for each halving of the angle.
+    // The error is one last digit from the series and one from each halving of the angle.
     EXPECT_NEAR(rve::angle_of(std::sin(angle), std::cos(angle)), exact,
                 (exact < 0.1 ? 3e-16 : 1e-15) * exact);
   }
@@ -159,8 +159,7 @@ TEST(FiniteStrain, RemovingTheRotationLeavesTheStretch)
 
 TEST(FiniteStrain, PartsOfAnIncrementFollowThePathOfTheEngine)
 {
-  // A packing without contacts keeps its fractional coordinates, so that the cell alone shows the
-  // path.
+  // Without contacts, fractional coordinates do not change, so that the cell alone shows the path.
   const Tensor2 increment = plane_rotation(0.3) * (Tensor2::identity() + 0.02 * SOME_STRAIN);
   RveRig whole(paper_gas()), parts(paper_gas());
   Drive drive;
@@ -265,8 +264,8 @@ TEST(AffineStiffness, IsTheStressOfTheFirstStepOfAnRveAtRest)
 
     const Tensor2 rate = (1.0 / size) * (rig.advance(drive).stress - before);
 
-    // The error is of second order in the strain, plus contacts that open or close: 1e-8 / (mean
-    // overlap 4e-3).
+    // The error is of second order in the strain. Contacts that open or close add the strain of
+    // 1e-8 divided by the mean overlap of 4e-3.
     const Tensor2 expected = stiffness(strain);
     for (int k = 0; k < 4; ++k)
       EXPECT_NEAR(rate.component[k], expected.component[k], 2e-5 * norm(expected)) << k;
@@ -280,7 +279,7 @@ TEST(AffineStiffness, OfALatticeIsItsShearModulus)
 
   const Tensor2 stress = stiffness(Tensor2{{0.0, 1.0, 1.0, 0.0}});
 
-  // The relative error is that of the overlap over the diameter.
+  // The relative error is the relative overlap.
   EXPECT_NEAR(stress(0, 1) / (2.0 * lattice_shear_modulus(material)), 1.0, 1e-6);
   EXPECT_NEAR(stress(1, 0) / (2.0 * lattice_shear_modulus(material)), 1.0, 1e-6);
   EXPECT_NEAR(stress(0, 0) / stress(0, 1), 0.0, 1e-12);
@@ -290,8 +289,8 @@ TEST(AffineStiffness, OfALatticeIsItsShearModulus)
 
 namespace {
 
-/// Returns the relative error of contact forces and branches in a format; `double` has the
-/// resolution of the sums, 2^-40 of the stiffest contact.
+/// Returns the relative error of contact forces and branch vectors in a format. In `double` it is
+/// the unit of the integer sums, 2^-40 of the stiffest contact.
 double error_of(Format format)
 {
   return format == Format::Double ? 1e-11 : 1e-6;
@@ -376,8 +375,8 @@ TEST(AffineStiffness, HasTheSameBitsInEveryCallForAConfiguration)
 
     const ElasticResult moved = elastic_answer(*engine, rve, shear);
 
-    // The stiffness is the same after the call, in another engine, in other units of force, and
-    // with grains and pairs in another order.
+    // The stiffness has the same bits in an evaluation after the call, in another engine, with
+    // another force scale, and with grains and pairs in another order.
     EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*engine, rve).stiffness));
     RveState copy = engine->state(rve);
     EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*other, other->add(copy)).stiffness));
@@ -392,8 +391,9 @@ TEST(AffineStiffness, HasTheSameBitsInEveryCallForAConfiguration)
 
 TEST(AffineStiffness, HugeSpringsAreLimitedAndNoSumOverflows)
 {
-  // Such springs are not physical, but a file may have them: 8 K L, with L up to four times the
-  // largest radius.
+  // The engine limits forces to 8 K L. K is at most twice the largest stiffness, and L at most four
+  // times the largest radius. The springs of this test exceed the limit. They are not physical, but
+  // a file may contain them.
   for (const Format format : ALL_FORMATS) {
     SCOPED_TRACE(to_string(format));
     RveState state = stiffness_cases()[0].state;
@@ -411,7 +411,7 @@ TEST(AffineStiffness, HugeSpringsAreLimitedAndNoSumOverflows)
     for (const auto &row : far.component)
       for (const double x : row) {
         EXPECT_TRUE(std::isfinite(x));
-        EXPECT_LT(std::fabs(x), 1e10);    // a thousand contacts, 2^5 K L^2 / V each
+        EXPECT_LT(std::fabs(x), 1e10);    // a thousand contacts with at most 2^5 K L^2 / V each
       }
   }
 }
@@ -473,7 +473,8 @@ TEST(AdaptiveSubsteps, KeepStrainPerStepAndInertialNumberBelowTheirBounds)
 
 TEST(AdaptiveSubsteps, InertialNumberIsThatOfTheFormula)
 {
-  // With one grain size, p h = 1 and I = rate d sqrt(rho depth / (p h)).
+  // For grains of one size d, the inertial number is I = rate d sqrt(rho depth / (p h)), with the
+  // pressure p and the thickness h.
   const Material material = paper_material();
   RveRig rig(hexagonal_lattice(material, 0.005, 1e-5));
   const Result result = rig.evaluate();
@@ -499,8 +500,8 @@ TEST(Advice, NamesOnlyQuantitiesBeyondTheirLimits)
   soft.mean_overlap = 2e-5;
   EXPECT_TRUE(has(of(Format::Fast, soft, gentle), AdviceKind::SmallOverlap));
   EXPECT_FALSE(has(of(Format::Mixed, soft, gentle), AdviceKind::SmallOverlap));
-  // The last digit of a position in format single is a fraction of the cell. It is twice as large
-  // in a cell with twice the grains along an edge.
+  // In `single`, the last digit of a position is a fraction of the cell. It is twice as large in a
+  // cell with twice as many grains along an edge.
   Result firm = result;
   firm.mean_overlap = 2e-3;
   Result wide = firm;

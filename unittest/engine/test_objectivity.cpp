@@ -13,8 +13,8 @@ namespace {
 constexpr double RATE = 10.0;              // [rad/s]
 constexpr int STEPS_PER_QUARTER = 1963;    // dt = 8e-5 s
 
-/// Returns the paper's packing after 1 % of shear and a rest: q/p = 0.36, tangential forces at all
-/// contacts.
+/// Returns the paper's packing after 1 % of shear and a time at rest. It has q/p = 0.36 and
+/// tangential forces at all contacts.
 RveState sheared_packing()
 {
   RveRig rig(paper_packing());
@@ -24,8 +24,9 @@ RveState sheared_packing()
   return rig.state();
 }
 
-/// Returns the state with grains that spin with the cell. The mean field does not drive spins
-/// (equation 23), so contacts would otherwise have to accelerate them.
+/// Returns the state with grains that spin at the rate of the cell. Otherwise the contacts would
+/// have to accelerate the spins, since the mean field does not drive them (equation 23 of the
+/// paper).
 RveState turning(RveState state)
 {
   for (double &spin : state.spin) spin = RATE;
@@ -62,8 +63,8 @@ TEST_P(RigidRotation, RotatesTheStressAndKeepsItsInvariants)
 
   turn_by_quarters(rig, quarters);
 
-  // Contacts rotate the grains, except rattlers. The chords of 0.01 rad that approximate the
-  // rotation shrink the cell by up to 1.3e-5, or 300 Pa at the stiffness of 12 MPa; friction then
+  // Contacts rotate all grains except rattlers. The rotation is approximated by chords of 0.01 rad,
+  // which shrink the cell by up to 1.3e-5. With a stiffness of 12 MPa this is 300 Pa. Friction then
   // changes the stress by 1e-4 of p. The error does not grow with the number of turns.
   const Result &after = rig.result();
   EXPECT_NEAR(after.mean_stress() / before.mean_stress(), 1.0, 2e-4);
@@ -80,8 +81,10 @@ INSTANTIATE_TEST_SUITE_P(Turns, RigidRotation, ::testing::Values(1, 4, 40), [](c
   return std::to_string(90 * info.param) + "degrees";
 });
 
-// The work equals the dissipation by drag on the grains. If each half of the work of a step used
-// the cell after the step, a rotation by w T would add the work -p V w^2 dt T, 1.3e-3 of p V here.
+// The work of the stress equals the dissipation of the grains. The bookkeeping adds half of the
+// work of a step with the stress before the step and half with the stress after it. If both halves
+// used the cell after the step, a rotation by the angle w T would add a work of -p V w^2 dt T,
+// which is 1.3e-3 of p V here.
 TEST(SteadyRotation, DoesOnlyTheWorkOfTheDissipation)
 {
   Options options = cpu_options(Format::Double);
@@ -114,8 +117,8 @@ TEST(SteadyRotation, NineMoreTurnsDoNotChangeTheStress)
   EXPECT_NEAR(rig.result().mean_stress() / after_one, 1.0, 2e-5);
 }
 
-// Control: with the arms of LAMMPS' pair granular (full radius for the velocity) a rotating pair
-// slips by W delta.
+// Control: with the lever arms of pair granular of LAMMPS, which are the full radii, the contact of
+// a pair that rotates at the rate W slips at the velocity W delta. delta is the overlap.
 TEST(SteadyRotation, ArmsOfLammpsRaiseThePressure)
 {
   const RveState state = turning(paper_packing());
@@ -134,8 +137,8 @@ TEST(SteadyRotation, ArmsOfLammpsRaiseThePressure)
 
 TEST(Observer, ResponseRotatesWithTheFrame)
 {
-  // Packing and drive are seen in a frame rotated by 90 degrees: fractional coordinates are the
-  // same, and cell and drive are rotated.
+  // The second RVE is the first one in a frame that is rotated by 90 degrees. Cell and drive are
+  // rotated, and fractional coordinates are the same.
   RveState state = paper_packing();
   RveState turned = state;
   turned.cell = Tensor2{{-0.0, -1.0, 1.0, 0.0}} * state.cell;
@@ -146,7 +149,7 @@ TEST(Observer, ResponseRotatesWithTheFrame)
   rig.strain(l, 5e-5, 50, 20);
   turned_rig.strain(r * l * transpose(r), 5e-5, 50, 20);
 
-  // The path of the rotated drive has other roundings; 1000 steps of a stable packing keep them at
+  // The rotated drive has different rounding errors. After 1000 steps of a stable packing they are
   // 1e-10.
   const Tensor2 expected = r * rig.result().stress * transpose(r);
   for (int k = 0; k < 4; ++k)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packs of grains (host kernel for x86-64-v3) give the same bits as single grains (host kernel for
-// any CPU).
+// The host kernel for x86-64-v3 computes several grains at once, in packs. It gives the same bits
+// as the host kernel for any CPU, which computes single grains.
 
 #include "rve/core/status.h"
 #include "rve/engine/batch_engine.h"
@@ -37,7 +37,7 @@ struct Config {
   int substeps;
   double skin;                   ///< [length]; 0: the default
   double overlap_limit = 0.5;    ///< limit of the overlap over the smaller radius
-  /// a servo holds 100 kPa at the shear rate 5, and `shear` is ignored
+  /// If true, a servo holds 100 kPa at a shear rate of 5, and `shear` is ignored.
   bool servo = false;
 };
 
@@ -83,8 +83,8 @@ KernelRun run_kernel(const HostKernel<2> &kernel, KernelVariant kind, const Devi
   return run;
 }
 
-/// Runs single grains by the host kernel for any CPU. A build without this kernel uses the variant
-/// with energy bookkeeping, which has no packs.
+/// Runs the kernel without packs: the host kernel for any CPU. A build without this kernel uses the
+/// kernel variant with energy bookkeeping instead, which has no packs either.
 KernelRun run_one_by_one(Format format, const DeviceState &image, const Config &scene)
 {
 #if defined(RVE_WITHOUT_BASELINE)
@@ -112,8 +112,8 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
       GTEST_SKIP() << "this CPU has no x86-64-v3";
   }
 
-  /// Runs the scene in `calls` calls with every kernel; each call starts from the same device
-  /// state. Returns the last run.
+  /// Makes `calls` calls with every kernel and expects the same bits. In each call all kernels
+  /// start from the same device state. Returns the last run without packs.
   KernelRun expect_same_bits(const Config &scene, int calls = 1)
   {
     const Format format = GetParam();
@@ -145,8 +145,8 @@ INSTANTIATE_TEST_SUITE_P(Formats, PackedGrains,
                            return to_string(info.param);
                          });
 
-/// Returns grains with random velocities on a disturbed square lattice, most of which overlap with
-/// neighbours. The force scale is so large that no force saturates, since run_kernel() does not
+/// Returns grains with random velocities on a disturbed square lattice. Most of them overlap with
+/// neighbours. The force scale is so coarse that no force saturates, since run_kernel() does not
 /// repeat calls as the engine does.
 RveState crowd(int num_grains, std::uint64_t seed)
 {
@@ -193,7 +193,7 @@ TEST_P(PackedGrains, DensePackingWithFreeSlotsStickingAndSlidingContacts)
 
 TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
 {
-  // A skin of two grain radii gives more pairs than slots.
+  // A skin of more than two mean radii gives more pairs than slots.
   const KernelRun last = expect_same_bits({sheared_packing(), 0.05, 100, 9e-3}, 2);
 
   EXPECT_GT(last.detail.progress.num_extra, 400);    // more extra pairs than grains
@@ -201,7 +201,8 @@ TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
 
 TEST_P(PackedGrains, ServoUsesTheStressOfEveryStep)
 {
-  // The default skin renews the lists; the skin of 9e-3 gives more extra pairs than grains.
+  // With the default skin, lists are rebuilt. With a skin of 9e-3, there are more extra pairs than
+  // grains.
   for (const double skin : {0.0, 9e-3}) {
     SCOPED_TRACE(skin);
     const KernelRun last = expect_same_bits({sheared_packing(), 0.0, 300, skin, 0.5, true}, 2);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The preparation protocol on the CPU engine, against the ranges of the reference packings
-// (SudoDEM2D, 400 disks).
+// The preparation of packings on the CPU engine. Void ratios are compared with the ranges of
+// reference packings (SudoDEM2D, 400 disks).
 
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
@@ -77,7 +77,8 @@ TEST(LooseCloud, GrainsDoNotTouchAndFillTheAskedFraction)
 TEST(LooseCloud, IsTheSameForASeedOnEveryMachine)
 {
   PackingRecipe recipe = paper_recipe(10, 20e3);
-  // the C++ standard specifies the 10000th number of this seed, which determines all numbers
+  // The C++ standard specifies the 10000th number of the generator for this seed. This fixes all
+  // numbers.
   recipe.seed = 5489;
 
   const RveState cloud = loose_cloud(recipe);
@@ -114,7 +115,7 @@ TEST(LooseCloud, WrongRecipesAreNamed)
             0u);
 }
 
-// The search for the overlap at the pressure would not end for such stiffnesses.
+// For these stiffnesses, the search for the overlap at the pressure would not end.
 TEST(Packing, AWrongMaterialIsAnErrorBeforeAnythingRuns)
 {
   PackingRecipe recipe = paper_recipe(100, 20e3);
@@ -144,7 +145,7 @@ TEST(Packing, StressRatioBeyondTheStrengthIsNamed)
             std::string::npos);
 }
 
-// With the default thickness of 1 and numbers in SI units, disks would fill the plane.
+// In SI units, the default thickness of 1 m makes disks so soft that they would fill the plane.
 TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
 {
   const auto engine = cpu_engine();
@@ -162,8 +163,8 @@ TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
             0u);
 }
 
-// The limit applies to p h / kn, which is the mean overlap over the diameter up to a factor near
-// one.
+// The limit of the contact strain applies to p h / k_n. Up to a factor near one, this is the mean
+// overlap divided by the diameter.
 TEST(Packing, ContactStrainIsAboutTheMeanOverlap)
 {
   for (const double pressure : {1e4, 5e5}) {
@@ -203,7 +204,7 @@ TEST(Packing, ComesToRestAtThePressureWithTheFinalMaterial)
 
   EXPECT_NEAR(-result.stress(0, 0), 20e3, 20.0);
   EXPECT_NEAR(-result.stress(1, 1), 20e3, 20.0);
-  EXPECT_LE(result.unbalanced_ratio, 1.1e-3);    // evaluated one position later than the criterion
+  EXPECT_LE(result.unbalanced_ratio, 1.1e-3);    // evaluated one step after the criterion of rest
   EXPECT_EQ(result.kinetic_energy, 0.0);
   EXPECT_EQ(packing.material.friction, 0.5);
   EXPECT_EQ(packing.material.local_damping, 0.3);
@@ -221,8 +222,8 @@ TEST(Packing, FrictionlessPreparationLeavesNoTangentialForce)
   for (const Pair &pair : packing.pairs) EXPECT_EQ(pair.tangential_force, 0.0);
 }
 
-// Rolling resistance belongs to the final material: the preparation runs without it, and grains at
-// rest stay at rest.
+// The preparation runs without rolling resistance, which is part of the final material. Grains at
+// rest stay at rest when it is added.
 TEST(Packing, RollingResistanceIsAddedAfterThePreparation)
 {
   PackingRecipe recipe = paper_recipe(100, 20e3);
@@ -256,8 +257,8 @@ TEST(Packing, PreparationWithMoreThanTheFinalFrictionIsStable)
 TEST(Packing, VoidRatioLiesInTheRangeOfTheReferencePackings)
 {
   const auto engine = cpu_engine();
-  // The standard deviation over seeds is 0.003; the mean depends on rate and servo gain by less
-  // than 0.001.
+  // The standard deviation over seeds is 0.003. Rate and servo gain change the mean by less than
+  // 0.001.
   const auto mean_void_ratio = [&](double pressure) {
     constexpr int SEEDS = 6;
     PackingRecipe recipe = paper_recipe(400, pressure);
@@ -297,8 +298,8 @@ TEST(Packing, BearsAnAnisotropicStress)
             "ratio k0 of lateral to vertical stress [-] is 0; it must lie between 0.01 and 100");
 }
 
-// The ratio is the earth pressure at rest of grains with an angle of friction of about 25 degrees:
-// about 1 - sin(phi), Jaky 1944.
+// The stress ratio is the coefficient of earth pressure at rest, about 1 - sin(phi) (Jaky 1944),
+// with an angle of friction phi of about 25 degrees.
 TEST(Packing, LoadedWithoutLateralStrainItHasEarthPressureAtRest)
 {
   const auto engine = cpu_engine();
@@ -340,7 +341,7 @@ TEST(Packing, LooserTargetIsMetByPreparationFriction)
 TEST(Packing, DenserTargetIsMetByOverconsolidation)
 {
   const auto engine = cpu_engine();
-  // With fewer grains, the void ratio would jump over a target that is so close.
+  // With fewer grains, the void ratio changes in jumps that may miss a target so close.
   PackingRecipe recipe = paper_recipe(400, 20e3);
   const double frictionless = evaluate(*engine, generate_packing(recipe, *engine)).void_ratio;
   recipe.void_ratio = frictionless - 0.003;    // the tolerance is that of create_rve
@@ -365,8 +366,8 @@ TEST(Packing, UnreachableVoidRatioNamesTheReachableRange)
             std::string::npos);
 }
 
-// A packing does not depend continuously on its preparation. If no path reaches the void ratio
-// within the tolerance, the error names the closest one.
+// The void ratio does not depend continuously on the preparation. If no preparation reaches the
+// target within the tolerance, the error message names the closest void ratio.
 TEST(Packing, UnmetVoidRatioNamesTheClosest)
 {
   const auto engine = cpu_engine();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mirrored and rotated packings respond to mirrored and rotated deformations with the mirrored and
-// rotated stress.
+// Images of packings: a mirrored or rotated packing responds to the equally mirrored or rotated
+// deformation with the equally mirrored or rotated stress.
 
 #include "oracle/love_sum.h"
 #include "rve/core/error.h"
@@ -44,8 +44,8 @@ int image_with(const Tensor2 &q)
   return -1;
 }
 
-/// Returns true for rotations by 0 and 180 degrees and mirrors along the axes, which keep the order
-/// of every sum; the others exchange x and y.
+/// Returns true for rotations by 0 and 180 degrees and for mirrors along the axes. They keep the
+/// order of every sum. The other images exchange x and y.
 bool keeps_axes(int image)
 {
   return image % 2 == 0;
@@ -174,15 +174,15 @@ TEST_P(ResponseOfImage, IsTheImageOfTheResponse)
       EXPECT_EQ(rolling_histories(seen.state()), rolling_histories(image_of(rig.state(), image)));
       EXPECT_EQ(seen.state().fractional, image_of(rig.state(), image).fractional);
     } else {
-      // Squares of distances are added in another order: 200 steps with the epsilon of the format
-      // (float in mixed), times ten.
+      // Squared components of distances are added in another order. The tolerance is ten times the
+      // epsilon of forces in the format, times 200 steps.
       const double rounding = 2000.0 * (format == Format::Double ? 0x1p-53 : 0x1p-24);
       for (int k = 0; k < 4; ++k)
         EXPECT_NEAR(seen.result().stress.component[k], expected.component[k],
                     rounding * rig.result().mean_stress());
     }
-    // With other roundings of distances, two grains that just touch may be in contact on one side
-    // only.
+    // Distances are rounded differently, so that two grains that just touch may be in contact in
+    // one of the runs only.
     EXPECT_NEAR(seen.result().num_contacts, rig.result().num_contacts, keeps_axes(image) ? 0 : 1);
   }
 }
@@ -217,7 +217,7 @@ TEST(PackingImage, StressServoControlsTheImage)
   }
 }
 
-// Control: if the mirror does not change the sense of the tangential forces, the network is out of
+// Control: without the change of sign of tangential forces in a mirror, the packing is out of
 // balance.
 TEST(PackingImage, TangentialForcesChangeSignInAMirror)
 {
@@ -320,8 +320,8 @@ TEST(ImageOfSpheres, ImageOfAStrainGivesTheImageOfTheStress)
   }
 }
 
-// Control: spins are axial vectors and forces are vectors; the other transformation gives other
-// stresses.
+// Control: a mirror transforms spins as axial vectors and forces as vectors. The wrong
+// transformation gives other stresses.
 TEST(ImageOfSpheres, WrongTransformationOfSpinsOrForcesChangesTheResponse)
 {
   const Spheres state = sheared_spheres();

@@ -78,8 +78,8 @@ const char *const TWO_SPHERES = "gpu_rve_packing 2\n"                           
                                 "checksum none\n"                                          // 20
                                 "end\n";
 
-/// Checksum of TWO_GRAINS from an independent Python program: FNV-1a over its statements with one
-/// blank between two words.
+/// Checksum of TWO_GRAINS from an independent Python program. It is FNV-1a over the statements,
+/// with one blank between words.
 const char *const CHECKSUM_OF_TWO_GRAINS = "965fc029eee52717";
 
 struct LammpsData {
@@ -175,7 +175,7 @@ TEST(PackingFile, OnlyPackingsWithRollingResistanceHaveItsParameters)
   EXPECT_NE(with_material.find("  rolling_stiffness 3    # [force/length]\n"
                                "  rolling_friction 0    # [-]\n"),
             std::string::npos);
-  // parameters of newer versions are written only if they are not zero
+  // Parameters that newer versions have added are written only if they are not zero.
   EXPECT_EQ(with_material.find("rolling_viscosity"), std::string::npos);
   state.material.rolling_viscosity = 0.5;
   EXPECT_NE(text_of().find("  rolling_viscosity 0.5    # [force time/length]\n"),
@@ -389,7 +389,7 @@ TEST(PackingFile, TextAfterTheEndIsRefused)
   EXPECT_EQ(message_after(two, "end\n", "end\n \n# a comment\n"), "no error");
 }
 
-// The reader finds a changed digit wherever it is; FNV-1a detects every change of a single byte.
+// The reader detects any changed digit, since FNV-1a detects every change of a single byte.
 TEST(PackingFile, EveryChangedDigitIsFound)
 {
   const std::string path = temporary_path("digits.rve");
@@ -540,7 +540,7 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheRotatedFrame)
 {
   RveState state = two_disks(1e-4);
   state.pairs.push_back(
-      {1, 0, 7.0});    // the other grain owns the pair: the tangential number is the same
+      {1, 0, 7.0});    // the number does not change if the other grain owns the pair
   const std::string path = temporary_path("data.lmp");
 
   write_lammps_data(path, state);
@@ -578,7 +578,7 @@ TEST(LammpsData, SpheresAreRotatedAsAWhole)
   };
   add(1, 0, 2);
   add(2, 1, -1);
-  // the state in a rotated frame
+  // The state is rotated.
   const Tensor3 turn = spatial_rotation(Vec<double, 3>{{0.4, -1.1, 0.7}});
   state.cell = turn * state.cell;
   for (std::vector<double> *vectors : {&state.velocity, &state.spin})
@@ -600,7 +600,7 @@ TEST(LammpsData, SpheresAreRotatedAsAWhole)
   EXPECT_LE(std::fabs(data.xz), 0.5 * data.lx);
   EXPECT_LE(std::fabs(data.yz), 0.5 * data.ly);
   ASSERT_EQ(data.atoms.size(), 7u * state.num_grains());
-  // The lattices are the same except for a rotation.
+  // Both lattices agree except for a rotation.
   const Vec<double, 3> a = column(state.cell, 0), b = column(state.cell, 1);
   Tensor3 rotation;
   const auto set_row = [&](int row, const Vec<double, 3> &v) {
@@ -631,7 +631,7 @@ TEST(LammpsData, SpheresAreRotatedAsAWhole)
     }
   }
 
-  // Forces and branches of the table give the rotated stress of the springs.
+  // The forces and branch vectors in the table give the rotated stress of the springs.
   std::istringstream table(text_of(path + ".contacts"));
   std::string line;
   std::getline(table, line);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Libraries of packings: their generation in a batch, their file, and the choice of a packing.
+// Libraries of packings: their preparation in a batch, their file, and the choice of a packing.
 
 #include "rve/core/error.h"
 #include "rve/engine/packing.h"
@@ -66,8 +66,8 @@ double chi_square(const std::vector<int> &observed, double expected)
   return sum;
 }
 
-/// Expects a uniform distribution. Chi-square with k degrees of freedom has mean k and variance 2 k
-/// and is nearly normal for large k.
+/// Expects a uniform distribution. With k degrees of freedom, chi-square has the mean k and the
+/// variance 2 k. Its distribution is nearly normal for large k.
 void expect_uniform(const std::vector<int> &observed, double expected)
 {
   const double degrees = static_cast<double>(observed.size()) - 1.0;
@@ -122,7 +122,7 @@ TEST(PackingBatch, UnfinishedPackingsAdvanceInOneCall)
                       if (most > 0) apart = std::max(apart, most - least);
                     });
 
-  EXPECT_EQ(apart, 250);    // reports before and after belong to one call
+  EXPECT_EQ(apart, 250);    // packings are at most one call of 250 steps apart
 }
 
 TEST(PackingBatch, FailureIsReportedAndDoesNotStopTheOthers)
@@ -253,8 +253,8 @@ TEST(PackingLibrary, BrokenFilesAreRefusedWithLineNumber)
             std::string::npos);
 }
 
-// The index has numbers that packings do not have: seeds, frictions and pressures of the
-// preparation.
+// The index contains numbers that the packings do not contain: seeds, frictions and pressures of
+// the preparation.
 TEST(PackingLibrary, EveryChangedDigitIsFound)
 {
   const std::string path = temporary_path("digits.lib");
@@ -366,8 +366,8 @@ TEST(Draw, NeighbouringSeedsAndPurposesAreIndependent)
 
 TEST(Draw, IsTheSameOnEveryMachine)
 {
-  // The numbers are from an independent Python program, whose mixing function gives the known first
-  // output 6457827717110365317 of SplitMix64 for 1234567.
+  // The numbers are from an independent Python program. For the seed 1234567, its mixing function
+  // gives the known first output of SplitMix64, 6457827717110365317.
   const auto first = [](std::uint64_t seed, std::uint64_t purpose) {
     std::vector<int> numbers;
     for (int id = 1; id <= 8; ++id) numbers.push_back(draw(seed, id, 1000, purpose));
@@ -413,7 +413,7 @@ TEST(VoidRatioIndex, AllWithinTheToleranceAreEquallyProbable)
   for (int id = 1; id <= 30000; ++id) ++times[*index.draw_within(0.2, 0.0101, 3, id)];
 
   EXPECT_EQ(times[1] + times[2], 0);
-  // With three cells, chi-square has two degrees of freedom and exceeds 18.4 once in ten thousand
+  // The three counts have two degrees of freedom. Chi-square then exceeds 18.4 once in ten thousand
   // times.
   EXPECT_LT(chi_square({times[0], times[3], times[4]}, 10000.0), 18.4);
 }

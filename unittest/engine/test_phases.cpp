@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A phase of a kernel may process its items in any order and at the same time. Several threads, in
-// any interleaving, give the same bits as a loop. A build with GPU_RVE_SANITIZE=thread also checks
-// each access.
+// The items of a phase of a kernel may be processed in any order and at the same time. The tests
+// process them in several threads and expect the same bits as from a loop. In a build with
+// GPU_RVE_SANITIZE=thread, the sanitizer also reports races between items.
 
 #include "support/block_in_threads.h"
 #include "support/rve_run.h"
@@ -13,7 +13,8 @@ using namespace rve_test;
 
 namespace {
 
-/// Grains in arrays, and grains in registers with lists on chip, run by threads.
+/// Blocks whose phases run in threads. The first keeps grains in arrays, the second keeps them in
+/// registers and builds lists on chip.
 using ArraysInThreads = InThreads<BlockSerial>;
 using RegistersInThreads = InThreads<BlockOfTwo>;
 
@@ -71,9 +72,9 @@ TYPED_TEST(Phases, OfDisksWithEnergyBookkeepingRunInThreads)
       disks<TypeParam>(0.5), KernelVariant::General, drives, 1, true, servo_of_disks());
 }
 
-// The skin is so wide that grains have more pairs than they may own. In `double` and in memory, a
-// thread of a GPU keeps its own copy of the pair that it read last. The threads of this test would
-// share it, so they use arrays.
+// In the second run the skin is so wide that grains have more pairs than they may own. If histories
+// stay in memory, as in `double`, a thread of a GPU keeps a copy of the pair that it read last. The
+// threads of this test would share this copy, so that they use arrays in this case.
 TYPED_TEST(Phases, OfSpheresRunInThreads)
 {
   using Config = VariantConfig<KernelVariant::Spheres, TypeParam>;

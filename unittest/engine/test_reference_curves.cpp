@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Element tests of the paper against SudoDEM2D, point by point in the first per cent of strain,
-// where the response is not yet chaotic. Data: unittest/data/sudodem_*.csv.
+// Compares element tests of the paper with SudoDEM2D, point by point. The strain is at most one per
+// cent, since the response becomes chaotic later. Data: unittest/data/sudodem_*.csv.
 
 #include "support/rve_rig.h"
 
@@ -57,8 +57,8 @@ struct Deviation {
   double void_ratio;
 };
 
-/// Returns the deviation. Row n has the forces of step n in the cell (1 + dt L)^(n-1), which is our
-/// state after n - 1 steps.
+/// Returns the deviation from the data. Row n of the data has the forces of step n in the cell (1 +
+/// dt L)^(n-1). This is the state of the engine after n - 1 steps.
 Deviation compare(const std::string &test, Drive (*drive_for)(int substeps), Format format)
 {
   RveRig rig(paper_packing(), cpu_options(format));
@@ -108,8 +108,8 @@ TEST(ReferenceCurve, UniaxialCompressionFollowsSudoDem)
 {
   const Deviation deviation = compare("uni", uniaxial, Format::Double);
 
-  // The early difference is the O(dt) of the integrators; the late one is the measured scatter of
-  // equivalent runs of the reference.
+  // The early difference is the O(dt) between the two integrators. The late difference is the
+  // measured scatter of equivalent runs of SudoDEM2D.
   EXPECT_LT(deviation.early, 1e-5);
   EXPECT_LT(deviation.late, 3e-4);
   EXPECT_LT(deviation.pressure, 3e-4);

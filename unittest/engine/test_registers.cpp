@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Grains in registers, as in a thread block of a GPU, are tested on a CPU.
+// Tests on a CPU the code that keeps grains in registers, as a thread block of a GPU does.
 
 #include "support/rve_run.h"
 
@@ -157,8 +157,8 @@ void expect_that_spheres_may_pass_by(const Material &material, bool with_ledger 
   EXPECT_GT(state_of<Numbers>(stay, memory).counters.rebuilds, 10);
 }
 
-/// Returns a material that is as stiff as the springs where spheres of 4 mm overlap by a hundredth
-/// of their radius.
+/// Returns a material whose contacts are as stiff as the linear springs if spheres of 4 mm overlap
+/// by 1 % of their radius.
 Material hertz_material(ContactLaw law)
 {
   Material material = spheres_material();
@@ -192,8 +192,8 @@ TYPED_TEST(SpheresInRegisters, StreamedSpheresWithAServoHaveTheBitsOfResidentOne
       spheres_material(), false, servo_of_spheres());
 }
 
-// The material has histories of springs, rolling and twisting, and dissipation by friction and
-// dashpots; one run has a servo.
+// Pairs have histories of tangential springs, rolling and twisting. Friction and dashpots dissipate
+// energy. One of two runs has a servo.
 TYPED_TEST(SpheresInRegisters, StreamedSpheresWithEnergyHaveTheBitsOfResidentOnes)
 {
   Material material = spheres_material();
@@ -206,7 +206,8 @@ TYPED_TEST(SpheresInRegisters, StreamedSpheresWithEnergyHaveTheBitsOfResidentOne
         material, true, servo ? servo_of_spheres() : SteeringRecord<3>());
 }
 
-// A pair that is in reach and does not touch loses its history before its force is computed.
+// A pair within the reach of the adhesion that does not touch loses its history before its force is
+// computed.
 TYPED_TEST(SpheresInRegisters, StreamedSpheresWithinReachHaveTheBitsOfResidentOnes)
 {
   Material material = hertz_material(ContactLaw::Dmt);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Relaxed arithmetic of a GPU: the hardware's roots and quotients, fused products and sums, and,
-// for spheres, no terms of second order in the rotation of a contact per step. It changes last
-// digits but not the physics.
+// Relaxed arithmetic of a GPU. It uses the approximate roots and quotients of the hardware and
+// fuses products with sums. For spheres it also omits terms of second order in the rotation of a
+// contact per step. It must change the last digits of results only.
 
 #include "support/on_device.h"
 #include "support/small_packings.h"
@@ -16,7 +16,7 @@ using namespace rve_test;
 
 namespace {
 
-/// Returns the stress after a shear by 1e-3 in 200 steps and one more step in a second call.
+/// Returns the stress after a shear of 1e-3 in 20 calls of 10 steps.
 template <int D>
 Tensor<double, D> sheared(const RveStateOf<D> &state, Format format, Arithmetic arithmetic)
 {
@@ -36,8 +36,8 @@ Tensor<double, D> sheared(const RveStateOf<D> &state, Format format, Arithmetic 
   return results[0].stress;
 }
 
-/// Returns the same stress for one of many copies with short answers, whose kernels have two
-/// spheres per thread and compute no details.
+/// Returns the stress after the same shear of many copies in a batch with short answers. The
+/// kernels of such a call have two spheres per thread and compute no details.
 Tensor<double, 3> sheared_among_many(const Spheres &state, Format format, Arithmetic arithmetic)
 {
   constexpr int MANY = 1000;    // more than any GPU has multiprocessors
@@ -62,8 +62,8 @@ Tensor<double, 3> sheared_among_many(const Spheres &state, Format format, Arithm
   return responses[0].stress;
 }
 
-/// The error of strict arithmetic is up to 1e-4 in `fast` and 2e-5 in `mixed` here; that of relaxed
-/// arithmetic is 1.4e-4 and 1e-5 (H200).
+/// Expects a small error relative to `double`. On an H200, strict arithmetic has errors of up to
+/// 1e-4 in `fast` and 2e-5 in `mixed`, and relaxed arithmetic of 1.4e-4 and 1e-5.
 template <int D> void expect_little_change(const RveStateOf<D> &state)
 {
   const Tensor<double, D> exact = sheared(state, Format::Double, Arithmetic::Strict);

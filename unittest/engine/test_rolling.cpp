@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rolling resistance through the whole engine, with every contact law: rings of disks against
-// closed forms, and sheared packings.
+// Rolling resistance in the whole engine, with every contact law. Rings of disks are compared with
+// closed forms. Other tests shear packings.
 
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
@@ -21,7 +21,7 @@ using namespace rve_test;
 
 namespace {
 
-/// Cases: one law in all formats, the other laws in the formats that differ most.
+/// Cases: linear springs in all formats, and the other laws in the formats that differ most.
 struct Case {
   ContactLaw law;
   Format format;
@@ -32,8 +32,8 @@ constexpr Case CASES[] = {
     {ContactLaw::Hertz, Format::Mixed},   {ContactLaw::Hertz, Format::Fast},
     {ContactLaw::Dmt, Format::Double},    {ContactLaw::Dmt, Format::Fast}};
 
-/// Returns the material with another contact law. At this contact radius it has the normal force
-/// and the tangential stiffness of the linear springs; DMT adds adhesion.
+/// Returns the material with another contact law. At the given contact radius [length], normal
+/// force and tangential stiffness are those of the linear springs. DMT adds adhesion.
 Material by_law(ContactLaw law, Material material, double contact_radius)
 {
   if (law == ContactLaw::Linear) return material;
@@ -47,13 +47,13 @@ Material by_law(ContactLaw law, Material material, double contact_radius)
 }
 
 // ---- a ring ----
-// Four disks with alternating radii are above each other in a periodic cell. Each is pressed
-// between two of the other kind, with overlaps that balance. Without friction only their spins
-// change. If spins alternate too, the relative spin W = w_b - w_a is the same in all contacts, and
-// each disk has two contacts:
+// Four disks a, b, a, b are above each other in a periodic cell and form a closed column. a and b
+// have different radii. Each disk is pressed between two disks of the other kind, and the forces
+// balance. Without friction only the spins w_a and w_b change. The relative spin W = w_b - w_a is
+// the same in all contacts. With two contacts per disk, the rolling force f obeys
 //   f' = k_r R W,    I_a w_a' = 2 R f,    I_b w_b' = -2 R f,    |f| <= mu_r f_n.
-// The force f_n is the one that presses the disks together; with adhesion it exceeds the contact
-// force.
+// k_r is the rolling stiffness, R the reduced radius, I the moments of inertia and mu_r the rolling
+// friction. f_n is the spring force. With adhesion the attraction is added to it.
 
 constexpr double RADIUS_A = 0.005, RADIUS_B = 0.003, OVERLAP = 1e-5;
 constexpr double REDUCED_RADIUS = RADIUS_A * RADIUS_B / (RADIUS_A + RADIUS_B);
@@ -88,8 +88,7 @@ struct Ring {
 
   void turn(double spin_a, double spin_b) { state.spin = {spin_a, spin_b, spin_a, spin_b}; }
 
-  /// Sets rolling forces as if all contacts had rolled. Some pairs are owned by the partners of the
-  /// a-disks.
+  /// Sets the rolling force of all contacts. Some pairs are owned by a-disks and some by b-disks.
   void load(double force)
   {
     state.pairs = {
@@ -110,7 +109,7 @@ struct Ring {
   {
     return REDUCED_RADIUS * std::sqrt(2.0 * state.material.rolling_stiffness / inertia());
   }
-  /// Returns the amplitude of W in an oscillation that just reaches the limit.
+  /// Returns the amplitude of W in an oscillation whose rolling force just reaches its limit.
   double swing_at_limit() const
   {
     return frequency() * limit() / (state.material.rolling_stiffness * REDUCED_RADIUS);
@@ -160,13 +159,13 @@ RveState rolling_packing(double rolling_friction = 0.3, double rolling_stiffness
 constexpr double DT = 5e-5;
 const Tensor2 SHEAR_AND_COMPRESSION = {{0.02, 0.6, 0.0, -0.15}};
 
-/// Strains the packing by a few per cent, with rebuilds, sliding and new contacts.
+/// Strains the packing by a few per cent. Lists are rebuilt, contacts slide, and new contacts form.
 const Result &work_out(RveRig &rig, int calls = 20)
 {
   return rig.strain(SHEAR_AND_COMPRESSION, DT, 50, calls);
 }
 
-/// Returns the mean stress ratio q/p of a shear from 2 % to 8 % of strain.
+/// Shears the packing to 8 %. Returns the mean stress ratio q/p from 2 % of strain on.
 double stress_ratio(const Material &material)
 {
   RveState state = paper_packing();
@@ -248,8 +247,8 @@ TEST_P(Rolling, AtTheLimitSpinsDecayLinearly)
     EXPECT_NEAR(std::fabs(pair.rolling_force), ring.limit(), 2.0 * error * ring.limit());
 }
 
-// The leapfrog of an oscillator has w_k = w_0 cos((k + 1/2) theta) / cos(theta/2), sin(theta/2) = w
-// dt/2.
+// The leapfrog scheme gives an oscillator of angular frequency omega the velocity w_k = w_0 cos((k
+// + 1/2) theta) / cos(theta/2) in step k, with sin(theta/2) = omega dt/2.
 TEST_P(Rolling, BelowTheLimitSpinsOscillateWithTheClosedFormFrequency)
 {
   Ring ring = Rolling::ring(1.0);
@@ -268,8 +267,8 @@ TEST_P(Rolling, BelowTheLimitSpinsOscillateWithTheClosedFormFrequency)
   }
 }
 
-// After sliding, the spring accelerates the disks back from f = mu_r f_n: they oscillate about rest
-// with the amplitude w mu_r f_n / (k_r R).
+// Sliding ends with a spring at its limit, f = mu_r f_n. The spring accelerates the disks back. W
+// then oscillates about zero with the amplitude omega mu_r f_n / (k_r R).
 TEST(RollingRing, ComesToRestAndOscillatesWithTheEnergyOfItsSprings)
 {
   Ring ring(rolling_material(0.2));
@@ -287,7 +286,7 @@ TEST(RollingRing, ComesToRestAndOscillatesWithTheEnergyOfItsSprings)
     largest = std::max(largest, std::fabs(relative_spin(rig.state())));
   }
 
-  // The contact stops sliding within a step.
+  // Sliding ends within a step, which is the error.
   EXPECT_NEAR(largest, amplitude, 0.02 * amplitude);
 }
 
@@ -304,8 +303,8 @@ TEST(RollingRing, AngularMomentumOfTheSpinsIsConserved)
 
   for (int call = 0; call < 20; ++call) {
     rig.strain(Tensor2::zero(), 1e-6, 100);
-    // Both disks get the same integer. The rounding error of kicks remains, which is the same in
-    // all steps with the same moment.
+    // Both disks of a contact get the same integer. Only the kicks are rounded. Their error is the
+    // same in all steps with the same moment, so that it adds up.
     ASSERT_NEAR(momentum(rig.state()), before, 2000 * 0x1p-53 * size);
   }
   EXPECT_LT(std::fabs(rig.state().spin[1]), 310.0);
@@ -343,14 +342,14 @@ TEST(RollingRing, SpringsAndSpinsKeepTheirEnergyBelowTheLimit)
   for (int k = 0; k < 1000; ++k) {
     const Result &now = rig.strain(Tensor2::zero(), dt, 1);
     stored = std::max(stored, now.elastic_energy - before.elastic_energy);
-    // The spins are those of half a step before the springs, so the sum oscillates by w dt/2 of the
-    // exchanged energy.
+    // The spins belong to a time half a step before the springs. The sum of energies therefore
+    // oscillates by omega dt/2 of the energy that spins and springs exchange.
     ASSERT_NEAR(now.kinetic_energy + now.elastic_energy,
                 before.kinetic_energy + before.elastic_energy, 0.006 * before.kinetic_energy);
   }
 
-  // Each of two pairs of disks stores the energy I W^2/2 of the relative spin; the rest belongs to
-  // the angular momentum.
+  // The springs store the energy of the relative spin, I W^2/2 for each of two pairs of disks. The
+  // rest of the energy belongs to the angular momentum.
   const double of_relative_spin = ring.inertia() * std::pow(7.0 * spin, 2);
   EXPECT_NEAR(stored, of_relative_spin, 1e-3 * of_relative_spin);
 }
@@ -371,7 +370,7 @@ TEST(RollingRing, DissipationAtTheLimitIsCounted)
     const double lost = before.kinetic_energy + before.elastic_energy -
         (after.kinetic_energy + after.elastic_energy);
     EXPECT_GT(lost, 0.1 * before.kinetic_energy);
-    // The spins are those of half a step before.
+    // The spins belong to a time half a step before the springs, which is the error.
     EXPECT_NEAR(after.energy.friction, lost, 1e-3 * lost);
     EXPECT_EQ(after.energy.viscous, 0.0);
   }
@@ -424,7 +423,7 @@ TEST(RollingRing, StableTimeStepIsThatOfTheRollingSprings)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt}) {
     SCOPED_TRACE(word_of(law));
-    // The rolling stiffness is so large that spins have the highest frequency.
+    // The rolling stiffness is so large that the mode of the highest frequency is one of rolling.
     Ring ring(rolling_material(1e9, 2e7, law));
     const double bound = stable_time_step(ring.state);
     EXPECT_NEAR(largest_frequency(ring.state), ring.frequency(), 1e-10 * ring.frequency());
@@ -438,7 +437,7 @@ TEST(RollingRing, StableTimeStepIsThatOfTheRollingSprings)
       return std::fabs(relative_spin(rig.state()));
     };
 
-    // Two contacts of the mode act on each disk; the bound is that of this network, not of one
+    // Two contacts act on each disk. The bound is that of the whole ring and not that of one
     // contact.
     EXPECT_NEAR(bound, 2.0 / ring.frequency(), 1e-6 * bound);
     EXPECT_LT(largest_spin(0.95 * bound), 0.02);
@@ -463,7 +462,7 @@ TEST(RollingPacking, ResistanceRaisesTheStrength)
 
 TEST(RollingPacking, TendsToThePackingWithoutResistance)
 {
-  // The strain is small, since packings diverge at larger strains.
+  // The strain is small, since small differences between packings grow at larger strains.
   const auto stress = [](double rolling_friction) {
     RveRig rig(rolling_packing(rolling_friction));
     return rig.strain(gradient(0, 1, 0.05), DT, 400).stress;
@@ -545,7 +544,7 @@ TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)
 
   for (int call = 0; call < 10; ++call) {
     plain.advance(drive);
-    // The batch moves to an engine with another kernel variant half-way.
+    // After some calls the batch moves to an engine with another kernel variant.
     if (call == 3) {
       auto other = engine->empty_with(contacts_of(Rolling::packing()));
       rves = {other->add(engine->state(rves[0])), other->add(Rolling::packing())};
@@ -581,7 +580,8 @@ TEST_P(Rolling, SkinDoesNotChangeABit)
   }
 }
 
-// Every call begins with a new list, which follows a list in another order with exchanged owners.
+// Before every call the list is dropped, its order is reversed, and every other pair gets its other
+// grain as owner.
 TEST_P(Rolling, ChangeOfOwnersDoesNotChangeABit)
 {
   RveRig reference(Rolling::packing(), options());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time: all kernel variants of the table compile without a GPU,
-// and a compiled kernel is found again. Skipped without libnvrtc.
+// Kernels that are compiled at run time. All kernel variants of the table compile on a machine
+// without a GPU, and the cache finds a compiled kernel again. The tests are skipped without
+// libnvrtc.
 
 #include "rve/engine/kernel_text.h"
 #include "rve/engine/runtime_kernels.h"
@@ -30,8 +31,8 @@ struct Line {
   Arithmetic arithmetic;
 };
 
-/// Returns every kernel variant in one number format and one variant in all formats, since laws and
-/// number formats are independent.
+/// Returns every kernel variant in one number format, and one variant in all formats. This
+/// suffices, since contact laws and number formats are independent.
 std::vector<Line> lines_to_compile()
 {
   const Line formats[] = {{KernelVariant::General, Format::Fast, Arithmetic::Strict},
@@ -94,7 +95,7 @@ void expect_compiled(const char *kernel, const Line &line)
   const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
   EXPECT_EQ(relaxed, line.arithmetic == Arithmetic::Relaxed);
   if (relaxed) return;
-  // The compiler may contract an operation without a rounding mode.
+  // The compiler may fuse operations that have no rounding mode.
   for (const char *loose :
        {"\tadd.f32", "\tmul.f32", "\tadd.f64", "\tmul.f64", "sqrt.approx.f32", "div.approx.f32"})
     EXPECT_EQ(compiled.code.find(loose), std::string::npos) << loose;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time give the bits of those compiled with the engine, in every
-// format. Skipped without a device.
+// Kernels that are compiled at run time give the same bits as the precompiled kernels of the
+// engine, in every format. The tests are skipped without a GPU.
 
 #include "rve/engine/cuda_variants.h"
 #include "rve/engine/runtime_kernels.h"

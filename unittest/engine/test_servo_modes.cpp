@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Modes of a stress servo: the modes for given conditions, the convergence of the servo with them
-// in an elastic material, and the equality to the last bit with a servo for components if the modes
-// are single components.
+// Modes of a stress servo. A mode is a velocity gradient that controls one sum of stresses. The
+// tests check the modes for given conditions and the convergence of the servo in an elastic
+// material. Modes that are single components must give the same bits as a servo for components.
 
 #include "rve/algorithm/stress_servo.h"
 #include "rve/core/error.h"
@@ -73,7 +73,8 @@ Sum upper(const Tensor3 &l)
   return {l(0, 0), l(1, 1), l(2, 2), l(0, 1), l(0, 2), l(1, 2)};
 }
 
-/// Returns the isotropic Hooke stress of the strain L, in units of the constrained modulus.
+/// Returns the stress of an isotropic elastic material under the strain `l`, divided by the
+/// constrained modulus.
 Tensor3 elastic_stress(const Tensor3 &l, double poisson)
 {
   const double lame = poisson / (1.0 - poisson),
@@ -110,8 +111,9 @@ double largest_error(const SteeredModes<3> &modes, const Tensor3 &stress)
   return most;
 }
 
-/// Returns the largest error of the stress after a step of the goals, relative to the initial one,
-/// after this number of radians of the fastest wave that the servo is designed for.
+/// Changes all goals in a step and lets the servo act. Returns the largest error of the stresses,
+/// divided by the initial one. The time is `radians`, measured in radians of the fastest wave for
+/// which the servo is designed.
 double error_left(const Control &control, double poisson, double radians)
 {
   const ServoModesOf<3> servo(control.rates, control.stresses);
@@ -166,7 +168,7 @@ TEST(ServoModes, KeepPrescribedRatesAndAreDual)
   }
 }
 
-// The servo needs no parameter of the material: it damps its oscillations by a quarter of its gain,
+// The servo needs no parameter of the material. It damps its oscillations by a quarter of its gain,
 // about 0.08 per radian. Constant b and q at an axial rate control less than the work conjugates
 // and take longer.
 TEST(ServoModes, ConvergeInAnyIsotropicElasticMaterial)
@@ -244,7 +246,7 @@ TEST(ServoModes, ContinueFromCallToCallUnlessRestarted)
 
   const double rate = whole.result().servo_velocity_gradient(0, 0);
   EXPECT_NEAR(parts.result().servo_velocity_gradient(0, 0), rate, 1e-9);
-  // The accumulated rate before the restart is missing.
+  // After `modes_begin`, the rate that the servo accumulated in the first call is missing.
   EXPECT_NEAR(anew.result().servo_velocity_gradient(0, 0), rate - before, 0.2 * std::fabs(rate));
   EXPECT_GT(std::fabs(before), 0.3 * std::fabs(rate));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The number format single, with fp32 positions, as in the paper: accurate for the paper's soft
-// grains, and inaccurate for stiff ones.
+// The number format `single` with fp32 positions, as in the paper. It is accurate for the soft
+// grains of the paper and inaccurate for stiff grains.
 
 #include "support/environment.h"
 #include "support/messages.h"
@@ -20,8 +20,8 @@ namespace {
 
 constexpr double PRESSURE = 1e5;
 
-/// Returns the paper's packing with contacts stiffer by `factor`, at rest under the same pressure.
-/// Its overlaps, 6e-3 of the sum of radii, decrease by about that factor.
+/// Returns the paper's packing with contacts that are stiffer by `factor`, at rest under the same
+/// pressure. The original overlaps are 6e-3 of the sum of radii. They decrease by about `factor`.
 RveState stiffened(double factor)
 {
   RveState state = paper_packing();
@@ -43,7 +43,7 @@ RveState stiffened(double factor)
   return rig.state();
 }
 
-/// Returns the pressure after 20,000 steps in a cell at rest, relative to that of the state.
+/// Returns the pressure after 20,000 steps in a fixed cell, divided by the pressure of the state.
 double held_pressure(const RveState &state, Format format)
 {
   Drive hold;
@@ -57,8 +57,8 @@ double held_pressure(const RveState &state, Format format)
 
 TEST(SingleFormat, KeepsThePressureOfSoftGrains)
 {
-  // At overlaps of 6e-3 a last digit of a position, 2^-24 of the cell or 1e-6 diameters, is 1e-4 of
-  // an overlap.
+  // The last digit of a position is 2^-24 of the cell or 1e-6 diameters. This is 1e-4 of an overlap
+  // of 6e-3 diameters.
   EXPECT_NEAR(held_pressure(paper_packing(), Format::Single), 1.0, 1e-4);
 }
 
@@ -86,8 +86,8 @@ TEST(SingleFormat, FollowsDoubleThroughAPercentOfShear)
 
 TEST(SingleFormat, KeepsTheStressWhenTheLatticeIsReduced)
 {
-  // The second vector of the cell is sheared by the whole first one: b' = b + a, s' = (s_0 - s_1,
-  // s_1).
+  // The same lattice has the cell vectors a and b' = b + a and the fractional coordinates s' = (s_0
+  // - s_1, s_1).
   RveState leaning = paper_packing();
   for (int a = 0; a < 2; ++a) leaning.cell(a, 1) += leaning.cell(a, 0);
   for (int i = 0; i < leaning.num_grains(); ++i)
@@ -114,7 +114,7 @@ TEST(SingleFormat, GrainThatCrossesTheCellIsWrapped)
   rig.strain(Tensor2::zero(), dt, 90);
 
   const RveState after = rig.state();
-  // The position is 0.25 + 0.9, wrapped; each step rounds by at most 2^-25.
+  // The fractional coordinate is 0.25 + 0.9, wrapped. Each step rounds it by at most 2^-25.
   EXPECT_NEAR(std::ldexp(static_cast<double>(after.fractional[0]), -64), 0.15, 90 * 0x1p-25);
   EXPECT_EQ(std::ldexp(static_cast<double>(after.fractional[2]), -64), 0.5);
 }

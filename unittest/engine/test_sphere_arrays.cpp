@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Arrays of spheres with sliding contacts: the ratio of their stresses follows from geometry and
-// friction for any springs.
+// Arrays of spheres with sliding contacts. The ratios of their stresses depend only on geometry and
+// friction, not on the springs.
 //
-// The layers consist of spheres in rectangles of edges a_x by a_y. They are a height h apart, and
-// each sphere is above the middle of a rectangle of the layer below: the array is face-centred
-// cubic for a_x = a_y = sqrt(2) h. The contacts within a layer have opened. Between layers all
-// branch vectors are (+-a_x/2, +-a_y/2, h). A deformation that keeps their length makes contacts
-// slide along s = L b / |L b| under the force f_n (n - mu s), so that
+// An array consists of layers. In a layer, spheres form rectangles with edges a_x and a_y. Spheres
+// of a layer do not touch. The layers are a height h apart. Each sphere is above the middle of a
+// rectangle of the layer below. For a_x = a_y = sqrt(2) h the array is face-centred cubic. Spheres
+// of neighbouring layers touch, with the branch vectors b = (+-a_x/2, +-a_y/2, h). A deformation
+// with the velocity gradient L that keeps |b| makes these contacts slide in the direction s = L b /
+// |L b|. With the normal n and the friction mu, the contact force is proportional to n - mu s, so
+// that
 //   sigma_zz / sigma_xx = (n_z - mu s_z) b_z / ((n_x - mu s_x) b_x).
-// For a_x = a_y this is 2 t (t + mu) / (1 - mu t), t = sqrt(2) h / a. For t = 1 it is the strength
-// of the array of Thornton (1979, Geotechnique 29, 441-459):
+// For a_x = a_y = a this is 2 t (t + mu) / (1 - mu t), with t = sqrt(2) h / a. For t = 1 it is the
+// strength of the array of Thornton (1979, Geotechnique 29, 441-459):
 //   2 (1 + mu) / (1 - mu) in axisymmetric compression,
 //   2 (sqrt(3) + sqrt(2) mu) / (sqrt(3) - 2 sqrt(2) mu) in plane strain.
 
@@ -27,11 +29,11 @@ using namespace rve_test;
 namespace {
 
 constexpr double RADIUS = 0.005, FRICTION = 0.25;
-/// The overlap is so small that springs turn into the direction of sliding at once.
+/// The overlap is so small that tangential springs take the direction of sliding at once.
 constexpr double OVERLAP = 1e-7 * RADIUS;
 
 struct Layers {
-  double ax, ay, h;    ///< edges of a square and height of a layer [length]
+  double ax, ay, h;    ///< edges of a rectangle and height of a layer [length]
 };
 
 using Vector = Vec<double, 3>;
@@ -58,7 +60,7 @@ Spheres array_of(const Layers &layers)
   return spheres(material, cell, std::vector<double>(x.size() / 3, RADIUS), x);
 }
 
-/// Returns layers with t = 0.999, where contacts within a layer have gaps of 5e-4 of a diameter.
+/// Returns layers with t = 0.999. Spheres of the same layer have gaps of 5e-4 of a diameter.
 Layers square_layers()
 {
   const double t = 0.999, contact = 2.0 * RADIUS - OVERLAP,
@@ -66,8 +68,8 @@ Layers square_layers()
   return {a, a, t * a / std::sqrt(2.0)};
 }
 
-/// Returns the layers after compression by this share of their height, with branch vectors of the
-/// same length. In plane strain a_y does not change.
+/// Returns the layers after a compression that reduces their height by `share` and keeps the length
+/// of the branch vectors. In plane strain a_y does not change.
 Layers compressed(const Layers &layers, double share, bool plane)
 {
   const double squared = dot(branch(layers), branch(layers)), h = (1.0 - share) * layers.h;
@@ -86,7 +88,8 @@ Vector unit(const Vector &x)
   return (1.0 / std::sqrt(dot(x, x))) * x;
 }
 
-/// Returns the stress ratios of contacts with a branch vector b that has just changed by db.
+/// Returns the stress ratios if all contacts slide. Their branch vectors are b and have just
+/// changed by db.
 Ratios sliding_ratios(const Vector &b, const Vector &db)
 {
   const Vector n = unit(b), s = unit(db - dot(db, n) * n);
@@ -128,7 +131,7 @@ void expect_ratios_of_sliding(bool plane)
 TEST(SlidingArray, OracleIsTheFormulaOfFiniteStrainsAndThorntonsStrength)
 {
   const double mu = FRICTION, root2 = std::sqrt(2.0), root3 = std::sqrt(3.0);
-  // A deformation with b . db = 0 keeps the length: it slides outwards as much as downwards.
+  // The length of b stays if b . db = 0: the sphere slides outwards as much as downwards.
   const Vector b{{0.5, 0.5, 0.7}};
   const double outwards = 0.7 * 0.7 / (0.5 * 0.5 + 0.5 * 0.5), t = root2 * 0.7;
   EXPECT_NEAR(sliding_ratios(b, {{0.5 * outwards, 0.5 * outwards, -0.7}}).zz_xx,

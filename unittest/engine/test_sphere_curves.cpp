@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Element tests of 1000 spheres against YADE and LAMMPS, from the same packing, in the first per
-// cent of strain: uniaxial, isotropic, simple shear, and triaxial compression, drained and
-// undrained. Data: unittest/data/yade_*.csv and lammps_*.csv. Headers of the data name the program.
-// YADE produced the curves of linear springs except that of the undrained test. Another program
-// with YADE's rules produced that of the undrained test and those of Hertz and Mindlin; its q/p
-// agrees with YADE within 1e-9 up to 0.1 % of axial strain, shear and drained compression, which
-// both ran.
+// Compares element tests of 1000 spheres with YADE and LAMMPS, from the same packings, in the first
+// per cent of strain. The tests are uniaxial compression, isotropic compression, simple shear, and
+// drained and undrained triaxial compression. Data: unittest/data/yade_*.csv and lammps_*.csv. The
+// header of each file names the program.
+// YADE produced the curves of linear springs except the undrained one. Another program that follows
+// the rules of YADE produced the undrained curve and the curves of Hertz and Mindlin. Both programs
+// ran axial strain, shear and drained compression up to 0.1 %. Their q/p agree within 1e-9.
 
 #include "support/spheres.h"
 
@@ -29,14 +29,14 @@ struct Row {
   int num_contacts;
 };
 
-/// Another DEM code that strained the same packings.
+/// Another DEM program that strained the same packings.
 struct KernelVariant {
   const char *name;
-  int steps_behind;    ///< row n has the forces after n - steps_behind steps
-  Arms arms;           ///< lever arms closest to those of the code
+  int steps_behind;    ///< row n of its data is our state after n - steps_behind steps
+  Arms arms;           ///< our lever arms that are closest to those of the program
 };
 
-/// Row n has the forces of step n in the cell (1 + dt L)^(n-1).
+/// Row n of YADE has the forces of step n in the cell (1 + dt L)^(n-1).
 const KernelVariant YADE{"yade", 1, Arms::Contact};
 const KernelVariant LAMMPS{"lammps", 0, Arms::Lammps};
 
@@ -70,25 +70,27 @@ double stress_ratio(const ResultOf<3> &result)
   return result.deviatoric_stress() / result.mean_stress();
 }
 
-/// A test with the velocity gradient L, and the largest differences between two codes up to half a
-/// per cent of strain and after it. Runs of YADE from positions that differ by 1e-12 of a diameter
-/// differ in q/p at half a per cent by 1e-4 under axial strain; in shear by 2e-4, at 1 % by 8e-4
-/// and at 2 % by 2e-3; in drained triaxial compression by 4e-4, at 1 % by 4e-3. Number formats of
-/// this engine differ by 4e-3 in undrained compression up to 2 % of shear. Two runs compared at
-/// many strains may differ by two or three times as much. Arms that end at the contact point, as
-/// ours, instead of YADE's radii contribute 1.5e-4.
+/// An element test and the allowed differences between two programs. Packings are chaotic: two runs
+/// of YADE with initial positions that differ by 1e-12 of a diameter have these differences of q/p:
+///   axial strain                   1e-4 at 0.5 %
+///   simple shear                   2e-4 at 0.5 %, 8e-4 at 1 %, 2e-3 at 2 %
+///   drained triaxial compression   4e-4 at 0.5 %, 4e-3 at 1 %
+/// In undrained compression, the number formats of this engine differ by 4e-3 up to 2 % of shear.
+/// The largest difference over many strains may be two or three times as large. Our lever arms end
+/// at the contact point, those of YADE are the radii. This contributes 1.5e-4.
 struct Curve {
   const char *test;
-  Tensor3 gradient;            ///< [1/time]
-  double early, late;          ///< limits of the difference of q/p
-  double pressure;             ///< limit of the relative difference
+  Tensor3 gradient;            ///< velocity gradient [1/time]
+  double early, late;          ///< limits of the difference of q/p up to EARLY steps and later
+  double pressure;             ///< limit of the relative difference of p
   bool sides_held = false;     ///< a servo holds the stresses along x and y
-  double void_ratio = 1e-6;    ///< overlaps count twice in both
+  double void_ratio = 1e-6;    ///< limit of the difference; both programs count overlaps twice
 };
 
 constexpr double RATE = 0.25, SIDES = 1e5;
 
-/// Returns the tests against YADE with a limit for the uniaxial test, in which runs scatter least.
+/// Returns the tests that are compared with YADE. `uniaxial` is the limit for the uniaxial test, in
+/// which runs scatter least.
 std::vector<Curve> curves_of_yade(double uniaxial)
 {
   return {{"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, uniaxial, uniaxial, 1e-4},
@@ -108,12 +110,12 @@ std::vector<Curve> curves_of_yade(double uniaxial)
            2e-4}};
 }
 
-/// Limits that include the effect of the arms; overlaps of Hertz' contacts are five times as large,
-/// 3e-3 of a diameter.
+/// Limits for the uniaxial test, including the effect of the lever arms. The effect is larger for
+/// Hertz' contacts, since their overlaps of 3e-3 of a diameter are five times as large.
 constexpr double LINEAR_UNIAXIAL = 3e-4, HERTZ_UNIAXIAL = 9e-4;
 
-/// YADE and LAMMPS differ in q/p by up to 6e-4 below 1 % of axial strain or shear, and by 2.8e-3 in
-/// drained compression.
+/// The tests that are compared with LAMMPS. YADE and LAMMPS differ in q/p by up to 6e-4 below 1 %
+/// of axial strain or shear, and by up to 2.8e-3 in drained compression.
 const Curve LINEAR_LAMMPS[] = {
     {"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, 1e-3, 1e-3, 1e-3},
     {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 3e-3, 3e-3},
@@ -128,8 +130,8 @@ const Curve HERTZ_LAMMPS[] = {
     {"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, 1e-3, 1e-3, 1e-3},
     {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 3e-3, 3e-3}};
 
-// Number of steps to half a per cent of shear and of the drained test, and to a quarter per cent of
-// the other axial strains.
+// Number of steps of the early part of a curve. With linear springs the strain is then 0.5 % in the
+// shear test and the drained test, and 0.25 % in the other tests.
 constexpr int EARLY = 2500;
 
 DriveOf<3> drive_of(const Curve &curve, const Spheres &packing, double dt, int substeps)
@@ -225,7 +227,8 @@ INSTANTIATE_TEST_SUITE_P(Formats, CurvesOfSpheres,
                          testing::Values(Format::Double, Format::Mixed, Format::Fast),
                          [](const auto &info) { return to_string(info.param); });
 
-// LAMMPS deforms the box after the forces, damps the total velocity, and projects histories.
+// LAMMPS differs from this engine: it deforms the box after the computation of forces, damps the
+// total velocity, and projects histories onto the tangent plane.
 TEST(CurvesOfLammps, WithLinearSpringsAreThoseOfLammps)
 {
   const Spheres packing = linear_packing();

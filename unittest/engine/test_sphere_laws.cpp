@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contact laws of spheres through the whole engine: Hertz-Mindlin, adhesion, resistance to rolling
+// Contact laws of spheres in the whole engine: Hertz-Mindlin, adhesion, and resistance to rolling
 // and twisting.
 
 #include "engine/test_states.h"
@@ -70,8 +70,8 @@ Material with_dashpots(Material material)
   return material;
 }
 
-/// Returns the material with Marshall's twisting friction over the area of contact instead of
-/// twisting springs.
+/// Returns the material with Marshall's twisting resistance, which follows from tangential springs
+/// and friction on the contact area, instead of its own twisting springs.
 Material after_marshall(Material material)
 {
   material.twisting_stiffness = material.twisting_friction = material.twisting_viscosity = 0.0;
@@ -154,9 +154,9 @@ TEST(SphereImpact, OfHertzThatSlidesTransfersTheCoulombImpulse)
 
 TEST(SphereTurning, DecreasesByTheLimitsOfRollingAndTwisting)
 {
-  // Layers of a cubic array spin in opposite directions. About an axis in the layers they roll on
-  // their neighbours; about the axis normal to the layers they twist. Each of the two contacts has
-  // its limit moment.
+  // Neighbouring layers of a cubic array spin in opposite directions. If the axis lies in the
+  // layers, spheres roll on the neighbouring layers. If the axis is normal to the layers, they
+  // twist. Each sphere has two such contacts, whose moments are at their limits.
   for (const ContactLaw law : LAWS)
     for (const bool twists : {false, true}) {
       Material material = with_resistance(material_of(law));
@@ -170,7 +170,7 @@ TEST(SphereTurning, DecreasesByTheLimitsOfRollingAndTwisting)
       const double spring = law == ContactLaw::Linear
           ? material.normal_stiffness * overlap
           : material.hertz_stiffness * std::sqrt(REDUCED_RADIUS) * std::pow(overlap, 1.5);
-      // the normal force in the friction limit
+      // Normal force on which the limits of the moments depend.
       const double limiting = spring + 4.0 * kPi * material.surface_energy * REDUCED_RADIUS;
       const double moment = limiting *
           (twists ? material.twisting_friction : REDUCED_RADIUS * material.rolling_friction);
@@ -190,8 +190,8 @@ TEST(SphereTurning, DecreasesByTheLimitsOfRollingAndTwisting)
 
 TEST(SphereTurning, DashpotsReduceItExponentially)
 {
-  // Springs are hardly strained in this short time, so that each of the two contacts has the moment
-  // of its dashpot.
+  // Springs are hardly loaded in this short time. Each of the two contacts of a sphere has only the
+  // moment of its dashpot.
   for (const bool twists : {false, true}) {
     Material material = with_dashpots(with_resistance(material_of(ContactLaw::Linear)));
     material.rolling_stiffness = 1.0;
@@ -205,7 +205,7 @@ TEST(SphereTurning, DashpotsReduceItExponentially)
     const double inertia = 0.4 * sphere_mass(material, RADIUS) * RADIUS * RADIUS;
     const double dashpot = twists ? material.twisting_viscosity
                                   : REDUCED_RADIUS * REDUCED_RADIUS * material.rolling_viscosity;
-    const double time = inertia / (4.0 * dashpot);    // relative spins are twice the spin
+    const double time = inertia / (4.0 * dashpot);    // the relative spin is twice the spin
     const int steps = 4000;
     SphereRig rig(state, options_for(state));
     rig.strain(Tensor3::zero(), time / steps, steps);
@@ -234,8 +234,8 @@ TEST(SphereTurning, MarshallTwistingOscillatesWithTheStiffnessOfTheContactArea)
     const double kt = law == ContactLaw::Linear ? material.tangential_stiffness
                                                 : material.mindlin_stiffness * std::sqrt(area);
     const double inertia = 0.4 * sphere_mass(material, RADIUS) * RADIUS * RADIUS;
-    // In a chain with alternating twist a sphere has two contacts, each of which twists by twice
-    // its angle.
+    // The spheres of the chain twist in alternating directions. Each sphere has two contacts, which
+    // twist by twice its angle.
     const double frequency = std::sqrt(4.0 * 0.5 * kt * area / inertia);
     const int steps = 2000;
     SphereRig rig(state, options_for(state));
@@ -275,7 +275,7 @@ TEST(FaceCentredCubic, OfHertzHasTheElasticConstantsOfItsLatticeUnderStress)
   const ElasticResultOf<3> answer = SphereRig(state, options_for(state)).stiffness();
   const auto &c = answer.stiffness.component;
 
-  // The stiffness includes the contact forces, which rotate and stretch with the contacts.
+  // The stiffness includes terms of the contact forces, since contacts rotate and stretch.
   const double root = std::sqrt(2.0);
   const double c11 = root / l * (kn + kt - force / l),
                c12 = root / (2.0 * l) * (kn - kt + 5.0 * force / l),
@@ -298,7 +298,7 @@ TEST(SimpleCubic, AdhesiveArraySeparatesAtThePullOffForce)
   const ResultOf<3> parting = SphereRig(state, options_for(state)).advance(DriveOf<3>());
   EXPECT_NEAR(parting.mean_stress(), -pull_off / (distance * distance),
               1e-6 * pull_off / (distance * distance));
-  // The overlap is that of the balance of spring and attraction.
+  // At this overlap, spring force and attraction balance.
   const double rest =
       std::pow(pull_off / (material.hertz_stiffness * std::sqrt(REDUCED_RADIUS)), 2.0 / 3.0);
   state = simple_cubic(material, 4, RADIUS, rest);
@@ -446,8 +446,8 @@ TEST(SphereLaws, ZeroResistanceGivesTheBitsOfTheProgramWithoutIt)
     }
 }
 
-/// On CPUs with AVX2, the kernel variant without dashpots and energy bookkeeping computes grains in
-/// packs.
+/// On CPUs with AVX2, the kernel variant without dashpots and energy bookkeeping computes several
+/// grains at once.
 TEST(SphereLaws, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz})
@@ -470,9 +470,9 @@ TEST(SphereLaws, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
       }
 }
 
-/// If all RVEs of an engine keep tangential forces when overlaps change, a kernel variant without
-/// contact radii runs. If the engine also has an RVE that keeps displacements, all its RVEs run in
-/// the variant that rescales forces.
+/// A contact whose overlap changes keeps either its tangential force or its tangential
+/// displacement. If all RVEs of an engine keep forces, the engine uses a kernel variant without
+/// contact radii. If one RVE keeps displacements, all RVEs use the variant that rescales forces.
 TEST(SphereLaws, KeptForcesGiveTheBitsOfTheProgramThatRescalesThem)
 {
   for (const Format format : FORMATS) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Objectivity of RVEs of spheres through the engine: a rotation of the RVE rotates its response and
-// changes nothing else.
+// Objectivity of RVEs of spheres: a rotation of the RVE rotates its response and changes nothing
+// else.
 
 #include "rve/engine/contact_network.h"
 #include "rve/engine/finite_strain.h"
@@ -75,8 +75,8 @@ double step_of(const Spheres &state)
   return 0.5 * stable_time_step(state);
 }
 
-/// Returns the packing after a shear by 2e-3 and a rest: q/p = 0.23, tangential forces at all
-/// contacts.
+/// Returns the packing after a shear of 2e-3 and a time at rest. It has q/p = 0.23 and tangential
+/// forces at all contacts.
 const Spheres &sheared_packing()
 {
   static const Spheres made = [] {
@@ -108,7 +108,8 @@ class TurnOfSpheres : public ::testing::TestWithParam<Axis> {};
 
 TEST_P(TurnOfSpheres, AtConstantStressChangesOnlyTheAxes)
 {
-  // The servo holds all six components at their initial values, which rotate with the RVE.
+  // The servo holds the initial stress, with all six components, in the frame that rotates with the
+  // RVE.
   const Vector axis = GetParam().direction;
   const double dt = step_of(packing()), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
   Spheres state = with_spin(sheared_packing(), rate * axis);
@@ -138,11 +139,11 @@ TEST_P(TurnOfSpheres, AtConstantStressChangesOnlyTheAxes)
     strain = std::fmax(strain, largest(stretch - Tensor3::identity()));
   }
 
-  // The third power of the angle of a step adds up to 1e-7 in a turn.
+  // The error of a step is of third order in its angle. It adds up to 1e-7 in a turn.
   EXPECT_LT(stress_error, 1e-7);
   EXPECT_LT(strain, 1e-6);
   EXPECT_NEAR(after.void_ratio, before.void_ratio, 1e-6);
-  // a difference of three contacts
+  // The tolerance is a difference of three contacts.
   EXPECT_NEAR(after.coordination_number, before.coordination_number, 0.06);
 }
 
@@ -166,8 +167,8 @@ Vector tangential_force_of(const Spheres &state, int first, int second)
   return Vector::zero();
 }
 
-/// Projects as LAMMPS does: onto the plane across the new normal, with the length kept, without
-/// rotation about the normal.
+/// Projects a history as LAMMPS does: onto the plane across the new normal. The length is kept. The
+/// history does not rotate about the normal.
 void project(Vector &h, const Vector &n)
 {
   const double before = dot(h, h);
@@ -175,8 +176,8 @@ void project(Vector &h, const Vector &n)
   h = std::sqrt(before / dot(h, h)) * h;
 }
 
-/// Stress of the tangential forces, and their stress after a rotation of the RVE that projects
-/// them.
+/// Stress of the tangential forces now, and after a full turn of the RVE in which the forces are
+/// projected in each step.
 struct TangentialStress {
   Tensor3 now = Tensor3::zero(), projected = Tensor3::zero();
 
@@ -225,17 +226,18 @@ TEST(TurnOfAShearedPacking, RotationKeepsTheStressThatProjectionLoses)
   const TangentialStress tangential(still, TILTED);
   // The error is of second order in the angle of a step.
   EXPECT_LT(error, 5e-6);
-  // Projected tangential forces rotate in their planes by about 2 pi times the cosine between axis
-  // and normal.
+  // Control: in a full turn, projected tangential forces rotate in their planes by about 2 pi times
+  // the cosine of the angle between axis and normal.
   EXPECT_GT(largest(tangential.now), 0.01 * p);
   EXPECT_GT(largest(tangential.projected - tangential.now), 0.5 * largest(tangential.now));
 }
 
 TEST(ShearOfSpheres, IsTheSameWithASuperposedSpin)
 {
-  // F(t) = R(t) (1 + gamma(t) e_x e_y), a rotation about a tilted axis. Local damping, which
-  // depends on the axes, is off. The differences are about as large as those between two runs whose
-  // initial positions differ by 1e-12 of a diameter.
+  // The deformation is F(t) = R(t) (1 + gamma(t) e_x e_y), with a rotation R about a tilted axis.
+  // Local damping is off, since it depends on the axes. The differences between the runs with and
+  // without R are about as large as those between two runs whose initial positions differ by 1e-12
+  // of a diameter.
   Spheres state = packing();
   state.material.local_damping = 0.0;
   const double dt = step_of(state), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
@@ -276,8 +278,8 @@ TEST(ShearOfSpheres, IsTheSameWithASuperposedSpin)
 
 TEST(SpinAboutTheNormal, RotatesTheHistoryOfAPair)
 {
-  // The spheres are so heavy that forces do not move them. Both spin with the pair, one does, or
-  // both spin in opposite directions.
+  // The spheres are so heavy that forces do not move them. They spin about the normal: both with
+  // the same spin, only the first one, or both with opposite spins.
   Material material = spheres_material();
   material.density = 1e20;
   material.local_damping = 0.0;
@@ -305,15 +307,16 @@ TEST(SpinAboutTheNormal, RotatesTheHistoryOfAPair)
                  found = tangential_force_of(rig.state(), 0, 1);
     Vector projected = force;
     project(projected, TILTED);
-    // The error is of third order in the angle of a step, 3.1e-4, in each step.
+    // The error of each step is of third order in its angle, 3.1e-4.
     EXPECT_LT(length(found - expected), 1e-7 * length(force)) << "second grain at " << other;
-    // LAMMPS does not rotate the force.
+    // Control: LAMMPS does not rotate the force about the normal.
     EXPECT_NEAR(length(projected - expected),
                 2.0 * std::sin(0.125 * kPi * (1.0 + other)) * length(force), 1e-9);
   }
 }
 
-// Local damping scales the components of accelerations one by one.
+// Local damping scales each component of an acceleration separately, so that it depends on the
+// axes.
 TEST(LocalDampingOfSpheres, IsTheOnlyTermThatDependsOnTheAxes)
 {
   const Tensor3 turn = spatial_rotation(0.7 * TILTED);

@@ -48,8 +48,8 @@ ResultOf<3> evaluate(EngineOf<3> &engine, const Spheres &state)
   return results[0];
 }
 
-/// Returns the coordination number without grains that bear no load. Grains with fewer than `least`
-/// contacts are removed until none is left.
+/// Returns the coordination number of the grains that bear load. Grains with fewer than `least`
+/// contacts are removed repeatedly, until each remaining grain has enough contacts.
 double coordination_of_backbone(const Spheres &state, int least)
 {
   std::vector<TouchingPairOf<3>> contacts = find_contacts(state);
@@ -146,8 +146,9 @@ TEST(SpherePacking, IsTheSameForAnyNumberOfThreadsAndInAnyBatch)
   EXPECT_EQ(serialize(batch[1].state), serialize(second));
 }
 
-// The number of contacts equals the degrees of freedom without rotations, 6 per grain that bears
-// load, plus a few for the pressure; the density is that of random close packing.
+// Isostatic means that the number of contacts equals the number of translational degrees of
+// freedom: 6 contacts per grain that bears load. The pressure adds a few contacts. The density is
+// that of random close packing.
 TEST(SpherePacking, WithoutFrictionIsDenseAndNearlyIsostatic)
 {
   const Sample sample = mean_of_packings(sphere_recipe(250, 20e3), 2, 4);
@@ -158,8 +159,8 @@ TEST(SpherePacking, WithoutFrictionIsDenseAndNearlyIsostatic)
   EXPECT_LT(sample.solid_fraction, 0.65);
 }
 
-// Agnolin and Roux (2007): 0.639 with 6 contacts without friction, 0.593 with 4.5 contacts for
-// friction 0.3.
+// Agnolin and Roux (2007) found a solid fraction of 0.639 and 6 contacts without friction, and
+// 0.593 and 4.5 contacts with a friction of 0.3.
 TEST(SpherePacking, IsLooserWithFriction)
 {
   PackingRecipe recipe = sphere_recipe(300, 20e3);
@@ -203,7 +204,7 @@ TEST(SpherePacking, BearsAnAnisotropicStress)
   EXPECT_LE(result.unbalanced_ratio, 1.1e-3);
 }
 
-// The anisotropy exceeds Rankine's states of these grains.
+// The stress ratio is beyond the Rankine states of these grains.
 TEST(SpherePacking, AnisotropyBeyondTheStrengthIsReported)
 {
   const auto engine = cpu_engine();

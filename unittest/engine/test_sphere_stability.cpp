@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The largest stable time step of spheres: closed forms of the frequencies, runs with shorter and
-// longer steps, and the bound that an engine computes.
+// The largest stable time step of spheres. The tests compare frequencies with closed forms, run
+// slightly shorter and longer steps, and check the bound that an engine computes.
 
 #include "rve/engine/stability.h"
 #include "support/spheres.h"
@@ -57,8 +57,8 @@ double growth_of_energy(const Spheres &state, double dt, int steps)
   return rig.strain(Tensor3::zero(), dt, steps).kinetic_energy / before;
 }
 
-/// Sets velocities so small that no contact opens or slides before a motion has grown by many
-/// orders of magnitude.
+/// Sets random velocities. They are so small that an unstable motion can grow by many orders of
+/// magnitude before a contact opens or slides.
 void disturb(Spheres &state, double speed)
 {
   Random random(7);
@@ -79,14 +79,15 @@ TEST(SphereStability, TwoSpheresHaveTheClosedFormFrequencies)
     EXPECT_NEAR(largest_frequency(state), std::sqrt(squared), 1e-12 * std::sqrt(squared));
   };
 
-  // 1/m_1 + 1/m_2 + a_1^2/I_1 + a_2^2/I_2, I = 2 m r^2/5
+  // Tangential mode: w^2 = k_t (1/m_1 + 1/m_2 + a_1^2/I_1 + a_2^2/I_2), with the lever arms a and
+  // the inertia I = 2 m r^2/5.
   const double arm1 = 1.0 - 0.5 * overlap / FIRST, arm2 = 1.0 - 0.5 * overlap / SECOND;
   expect_frequency(8e5 * ((1.0 + 2.5 * arm1 * arm1) / m1 + (1.0 + 2.5 * arm2 * arm2) / m2));
 
   material.friction = 0.0;
   expect_frequency(1e6 * (1.0 / m1 + 1.0 / m2));
 
-  // The rolling frequency has R^2 (1/I_1 + 1/I_2), and the twisting frequency 1/I_1 + 1/I_2.
+  // Rolling has w^2 = k_r R^2 (1/I_1 + 1/I_2). Twisting has w^2 = k_q (1/I_1 + 1/I_2).
   const double reduced_radius = FIRST * SECOND / (FIRST + SECOND);
   const double turning = 2.5 * (1.0 / (m1 * FIRST * FIRST) + 1.0 / (m2 * SECOND * SECOND));
   material.rolling_stiffness = 1e7;
@@ -109,18 +110,19 @@ TEST(SphereStability, FaceCentredCubicArrayHasTheClosedFormFrequencies)
     EXPECT_NEAR(largest_frequency(state), std::sqrt(squared), 1e-8 * std::sqrt(squared));
   };
 
-  // All spheres rotate alike: six contacts of each slip by 2 a theta times the sine of their angle
-  // to the axis, whose mean square is 2/3.
+  // All spheres rotate by the same angle theta. Each contact slips by 2 a theta times the sine of
+  // the angle between normal and axis. The mean square of this sine is 2/3.
   expect_frequency(40.0 * 7e5 / mass * arm * arm);
 
-  // Layers of the cube move against each other: eight contacts at 45 degrees.
+  // Layers of the cubic array move against each other. Each sphere has eight contacts at 45 degrees
+  // to the motion.
   material.friction = 0.0;
   expect_frequency(8.0 * 1e6 / mass);
 }
 
-// Spheres with equal rotation neither roll nor twist. In a simple cubic array all neighbors can
-// rotate in opposite directions: by 2 R theta in four rolling contacts of each sphere, and by 2
-// theta in two twisting contacts.
+// Spheres with equal rotations neither roll nor twist on each other. In a simple cubic array, all
+// neighbours can rotate by theta in opposite directions. Each sphere then has four contacts that
+// roll by 2 R theta and two contacts that twist by 2 theta.
 TEST(SphereStability, SimpleCubicArrayThatRollsOrTwistsHasTheClosedFormFrequencies)
 {
   const double radius = 0.004, reduced_radius = 0.5 * radius, spacing = 2.0 * radius - 2e-5;
@@ -159,8 +161,8 @@ TEST(SphereStability, GasIsBoundedByOneContactOfItsLightestSpheres)
   EXPECT_NEAR(stable_time_step(gas), 2.0 / (frequency * std::sqrt(1.3)), 1e-12 * 2.0 / frequency);
 }
 
-// The bound for a contact that may form is the frequency of the network of that contact, sliding,
-// rolling and twisting.
+// Without contacts, the bound is that of a contact that may form. Its frequency is the highest one
+// of two touching spheres that slide, roll and twist on each other.
 TEST(SphereStability, RotatingSpheresWithoutContactsAreBoundedByTheLightestOne)
 {
   for (const double rolling_stiffness : {1e5, 2e6, 2e7})
@@ -196,8 +198,8 @@ TEST(SphereStability, StepsAboveTheBoundAreUnstableAndStepsBelowAreStable)
     disturb(state, 1e-12);
     const double bound = stable_time_step(state);
 
-    // For a step longer than the bound by a fraction e, the energy grows by exp(2 sqrt(8 e)) per
-    // step.
+    // If the step exceeds the bound by the fraction e, the energy grows by a factor of exp(2 sqrt(8
+    // e)) per step.
     EXPECT_GT(growth_of_energy(state, 1.002 * bound, 100), 1e6);
     EXPECT_LT(growth_of_energy(state, 0.998 * bound, 1000), 1e3);
   }

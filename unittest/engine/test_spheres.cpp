@@ -48,12 +48,12 @@ TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)
     const Spheres after = rig.state();
 
     const double impulse = 0.5 * m * 2.0 * v_n * mu;    // mu m* (1 + e) v_n with e = 1
-    // error of a step at either end of the contact
+    // The contact starts and ends within a step. This is the error.
     const double error = format == Format::Fast ? 2e-3 : 1e-3;
     EXPECT_NEAR(after.velocity[0], -0.5 * v_n, error * v_n) << to_string(format);
     EXPECT_NEAR(after.velocity[1], 0.6 * (0.5 * v_t - impulse / m), error * v_t);
     EXPECT_NEAR(after.velocity[2], 0.8 * (0.5 * v_t - impulse / m), error * v_t);
-    // Both spheres rotate alike about n x t: w = r J / (2/5 m r^2).
+    // Both spheres get the same spin about n x t, w = r J / (2/5 m r^2), with the impulse J.
     const double turn = 2.5 * impulse / (m * r);
     for (int grain = 0; grain < 2; ++grain) {
       EXPECT_NEAR(after.spin[3 * grain], 0.0, error * turn);
@@ -78,8 +78,8 @@ TEST(FaceCentredCubic, HasThePressureOfItsContacts)
     const ResultOf<3> result = SphereRig(state, sphere_options(format)).advance(DriveOf<3>());
 
     EXPECT_EQ(result.num_contacts, 6 * state.num_grains());
-    // `fast` has the gap as R - d in fp32, 2^-24 of a diameter, at 2000 times that overlap; `mixed`
-    // has forces in fp32.
+    // `fast` rounds the gap in fp32 to 2^-24 of a diameter. A diameter is 2000 overlaps, so that
+    // the relative error is 1.2e-4. `mixed` has forces in fp32.
     const double error = format == Format::Fast ? 2e-4 : format == Format::Mixed ? 1e-6 : 1e-9;
     EXPECT_NEAR(result.mean_stress() / pressure, 1.0, error) << to_string(format);
     for (int a = 0; a < 3; ++a)
@@ -159,8 +159,8 @@ TEST(Spheres, ConserveMomentumWhateverTheyDo)
 
 namespace {
 
-/// Returns a density for which the mass of a sphere, whose radius is a power of two, is a power of
-/// two in the engine.
+/// Returns a density for which the engine computes exactly `mass`, a power of two, as the mass of a
+/// sphere.
 double density_for_mass(double radius, double mass)
 {
   const double of_unit_density = grain_volume<3>(radius);
@@ -173,8 +173,8 @@ double density_for_mass(double radius, double mass)
 
 }    // namespace
 
-// Contact forces are integers that one grain gains and the other loses. If masses and the step are
-// powers of two, kicks are exact too, while velocities fit the mantissa.
+// Contact forces are integers: one grain of a contact gains what the other loses. If masses and
+// time step are powers of two, kicks are exact too, as long as velocities fit the mantissa.
 TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
 {
   Spheres state = disordered(5, 8);
@@ -183,8 +183,8 @@ TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
   state.cell = (5 * 1.95 * radius) * Tensor3::identity();
   state.material.density = density_for_mass(radius, 0x1p-11);
   for (double &v : state.velocity) v = std::ldexp(std::round(std::ldexp(v, 20)), -20);
-  // The unit of forces is so coarse that sums of forces and velocities fit 53 bits: 100 N in
-  // 2^52/2^14 units.
+  // The force unit is so coarse that sums of forces and velocities fit 53 bits: 100 N are 2^52/2^14
+  // units.
   state.largest_contact_force = 100.0 * 0x1p14;
   SphereRig rig(state);
   const ResultOf<3> last = rig.strain(Tensor3{{0, 0.3, 0, 0, 0, -0.2, 0.1, 0, 0}}, 0x1p-19, 500);
@@ -257,8 +257,8 @@ TEST(Spheres, BalanceTheirEnergy)
 
 namespace {
 
-/// Returns the largest stress difference, divided by the mean stress, between a packing and the
-/// same packing in a rotated frame after the same deformation.
+/// Deforms a packing, and the same packing in a rotated frame. Returns the largest difference of
+/// the stresses in the same frame, divided by the mean stress.
 double difference_of_a_turned(const Spheres &plain)
 {
   const Tensor3 turn = spatial_rotation({{0.7, -0.4, 1.1}});
@@ -328,13 +328,13 @@ TEST(Spheres, ComeToRestWithObjectiveDampingAsWithCundalls)
 
 TEST(Spheres, KeepTheirStressThroughARigidRotationAboutAnyAxis)
 {
-  // The lattice is at rest under pressure and shear: tangential forces rotate with the contacts,
-  // also about their normals.
+  // The lattice is at rest under pressure and shear stress. In the rotation, tangential forces
+  // rotate with their contacts, also about the normals.
   Spheres state = face_centred_cubic(spheres_material(), 3, 0.005, 2e-6);
   state.material.local_damping = 0.5;
   SphereRig prepared(state);
   const Tensor3 shearing{{0.0, 1.0, 0.4, 0.0, 0.0, -0.7, 0.0, 0.0, 0.0}};
-  prepared.strain(shearing, DT, 50);    // a strain of 1e-4, half of that at which contacts slide
+  prepared.strain(shearing, DT, 50);    // a strain of 1e-4; contacts slide at twice this strain
   prepared.strain(Tensor3::zero(), DT, 20000);
   Spheres still = prepared.state();
   const Vector axis{{0.48, 0.6, 0.64}};
@@ -388,7 +388,7 @@ TEST(Spheres, ContinueThroughLatticeReductions)
 
 TEST(Spheres, PacksGiveTheBitsOfSingleGrains)
 {
-  // A batch with energy bookkeeping uses the kernel variant that computes grains one by one.
+  // With energy bookkeeping, the engine uses the kernel variant that computes grains one by one.
   Spheres state = disordered(7, 4);
   state.material.local_damping = 0.3;
   for (const bool objective : {false, true})

@@ -14,7 +14,8 @@ using namespace rve_test;
 
 namespace {
 
-/// Returns rows of equal disks, each of which touches six others with `overlap`.
+/// Returns a triangular lattice of equal disks. Each disk touches six others with this overlap
+/// [length].
 RveState hexagonal_lattice(int columns, int rows, double radius, double overlap)
 {
   const double spacing = 2.0 * radius - overlap;
@@ -30,8 +31,8 @@ RveState hexagonal_lattice(int columns, int rows, double radius, double overlap)
   return state_of(paper_material(), cell, std::vector<double>(rows * columns, radius), xy);
 }
 
-/// Returns the elastic energy of sticking contacts for displacements (N, 3) of x, y, theta from
-/// `state`, to second order, pair by pair.
+/// Returns the elastic energy of sticking contacts to second order, summed over all pairs. `u` has
+/// the displacements x, y and theta of each grain from `state`, shape (N, 3).
 double elastic_energy(const RveState &state, const std::vector<double> &u)
 {
   const std::vector<double> x = state.positions();
@@ -48,7 +49,8 @@ double elastic_energy(const RveState &state, const std::vector<double> &u)
           const double overlap = state.radius[i] + state.radius[j] - distance;
           if (overlap <= 0.0) continue;
           const double nx = bx / distance, ny = by / distance;
-          // The relative surface displacement at the contact point is u_j - u_i + theta x arm.
+          // Relative displacement of the surfaces at the contact point: u_j - u_i plus the
+          // displacements theta x arm of both surfaces.
           const double arm_i = state.radius[i] - 0.5 * overlap,
                        arm_j = state.radius[j] - 0.5 * overlap;
           const double dx =
@@ -92,8 +94,8 @@ double jacobi_largest(std::vector<double> a, int n)
   return largest;
 }
 
-/// Returns true if z'' = -w^2 z - b z' grows when the force uses the velocity of half a step
-/// before.
+/// Integrates z'' = -w^2 z - b z' with the velocity of half a step before in the dashpot. Returns
+/// true if z grows. `frequency` is w and `dashpot_rate` is b.
 bool oscillator_grows(double frequency, double dashpot_rate, double dt)
 {
   double x = 1.0, v = 0.0;
@@ -116,7 +118,8 @@ TEST(Stability, TwoDisksHaveTheClosedFormFrequencies)
   const double overlap = 1e-4;
   RveState state = two_disks(overlap);
   const double m1 = 2650.0 * M_PI * 25e-6, m2 = 2650.0 * M_PI * 16e-6;
-  // tangential mode: 1/m_1 + 1/m_2 + a_1^2/I_1 + a_2^2/I_2, I = m r^2/2
+  // Tangential mode: w^2 = k_t (1/m_1 + 1/m_2 + a_1^2/I_1 + a_2^2/I_2), with the lever arms a and
+  // the inertia I = m r^2/2.
   const double arm1 = 1.0 - 0.5 * overlap / 0.005, arm2 = 1.0 - 0.5 * overlap / 0.004;
   const double tangential = 1e6 * ((1.0 + 2.0 * arm1 * arm1) / m1 + (1.0 + 2.0 * arm2 * arm2) / m2);
   const double normal = 1e6 * (1.0 / m1 + 1.0 / m2);
@@ -135,12 +138,13 @@ TEST(Stability, HexagonalLatticeHasTheClosedFormFrequencies)
   RveState state = hexagonal_lattice(8, 8, radius, overlap);
   const double arm = radius - 0.5 * overlap;
 
-  // For k_n = k_t all grains rotate alike and six contacts each stretch by 2 a theta: w^2 = 24
-  // (k_t/m) (a/r)^2.
+  // For k_n = k_t, all grains rotate by the same angle theta in the highest mode. Six contacts of
+  // each grain slip by 2 a theta, with the lever arm a: w^2 = 24 (k_t/m) (a/r)^2.
   const double turning = std::sqrt(24.0 * 1e6 / mass) * arm / radius;
   EXPECT_NEAR(largest_frequency(state), turning, 1e-8 * turning);
 
-  // Without tangential springs the longitudinal zone-boundary mode has w^2 = 6 k_n/m.
+  // Without tangential springs, the highest mode is longitudinal at the boundary of the Brillouin
+  // zone: w^2 = 6 k_n/m.
   state.material.tangential_stiffness = 0.0;
   const double longitudinal = std::sqrt(6.0 * 1e6 / mass);
   EXPECT_NEAR(largest_frequency(state), longitudinal, 1e-8 * longitudinal);
@@ -152,7 +156,7 @@ TEST(Stability, LanczosFindsTheLargestEigenvalueOfTheAssembledStiffness)
   for (double &r : state.radius) r *= 1.5;
   state.material = paper_material();
   state.material.tangential_stiffness = 4e5;
-  state.material.rolling_stiffness = 3e6;    // the highest mode is one of rolling
+  state.material.rolling_stiffness = 3e6;    // the highest mode is a rolling mode
   state.material.rolling_friction = 0.1;
   const int n = 3 * state.num_grains();
   std::vector<double> matrix(static_cast<std::size_t>(n) * n), u(n, 0.0), root_mass(n);
@@ -161,7 +165,7 @@ TEST(Stability, LanczosFindsTheLargestEigenvalueOfTheAssembledStiffness)
     root_mass[3 * i] = root_mass[3 * i + 1] = std::sqrt(mass);
     root_mass[3 * i + 2] = std::sqrt(0.5 * mass) * state.radius[i];
   }
-  // The energy is a quadratic form, so its second differences are exact.
+  // The energy is a quadratic form, so that its second differences give its matrix exactly.
   const auto energy_at = [&](int p, double x, int q, double y) {
     std::fill(u.begin(), u.end(), 0.0);
     u[p] += x;
@@ -191,15 +195,15 @@ TEST(Stability, HexagonalLatticeThatRollsHasTheClosedFormFrequency)
   state.material.rolling_stiffness = 2e7;
   state.material.rolling_friction = 0.1;
 
-  // No two neighbours rotate alike: on three sublattices a third of a period apart, each contact
-  // rolls by R |1 - exp(2 pi i/3)| theta. Six contacts give 6 (3/2) k_r R^2 = 9 k_r R^2 per disk
-  // with R = r/2, I = m r^2/2.
+  // In the highest mode, the rotations on three sublattices differ in phase by a third of a period.
+  // No two neighbours rotate alike, and each contact rolls by R |1 - exp(2 pi i/3)| theta. The six
+  // contacts of a disk give 6 (3/2) k_r R^2 = 9 k_r R^2, with R = r/2 and I = m r^2/2.
   const double turning = std::sqrt(9.0 * 0.25 * 2e7 * 2.0 / mass);
   EXPECT_NEAR(largest_frequency(state), turning, 1e-8 * turning);
 }
 
-// The bound for a contact that may form is the frequency of the network of that contact, with
-// sliding and rolling coupled.
+// Without contacts, the bound is that of a contact that may form. Its frequency is the highest one
+// of two touching grains, with sliding and rolling coupled.
 TEST(Stability, RollingGrainsWithoutContactsAreBoundedByTheLightestOne)
 {
   const double touch = 1e-12;
@@ -209,7 +213,8 @@ TEST(Stability, RollingGrainsWithoutContactsAreBoundedByTheLightestOne)
     pair.material.rolling_friction = 0.2;
     EXPECT_NEAR(pair_frequency(pair), largest_frequency(pair), 1e-9 * pair_frequency(pair));
 
-    // A small grain rolls faster on a large one than on one of its size.
+    // The rolling frequency of a small grain is higher on a large grain than on a grain of its
+    // size.
     RveState gas = state_of(pair.material, 0.2 * Tensor2::identity(), {0.001, 0.001, 0.01},
                             {0.02, 0.02, 0.06, 0.02, 0.1, 0.1});
     double highest = 0.0;
@@ -255,15 +260,15 @@ TEST(Stability, ReferencePackingHasTheMeasuredBound)
 {
   const RveState state = reference_packing("A_h0075");
 
-  // SudoDEM2D and YADE are stable at 1e-4 s and unstable at 1.5e-4 s; 1.12e-4 s is the limit of
-  // packings of this recipe.
+  // SudoDEM2D and YADE are stable with 1e-4 s and unstable with 1.5e-4 s. The limit of packings of
+  // this recipe is 1.12e-4 s.
   EXPECT_NEAR(stable_time_step(state), 1.12e-4, 0.08e-4);
   EXPECT_NEAR(stable_time_step(reference_packing("A20_h0075")), 1.12e-4, 0.08e-4);
   EXPECT_GT(gershgorin_time_step(state), 0.7 * stable_time_step(state));
   EXPECT_LT(gershgorin_time_step(state), stable_time_step(state));
 }
 
-// A bisection between numbers that are not finite would not end.
+// Without the check, a bisection between infinite numbers would not end.
 TEST(Stability, NonFiniteBoundIsAnError)
 {
   for (const double factor : {1e300, 1e-300}) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The bound of the time step that an engine finds for all of its RVEs never exceeds the exact bound
-// of their states. It is within a few per cent of the exact bound if that is near the requested
-// step. The same source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
+// An engine computes bounds of the time steps of its RVEs. A bound never exceeds the exact bound of
+// the state. If the exact bound is near the requested step, the bound is within a few per cent of
+// it. The same source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 #include "support/packings.h"
@@ -18,8 +18,8 @@ using namespace rve_test;
 
 namespace {
 
-/// Largest allowed ratio of stable_time_step() to the bound, which the margin of checks, 5 %,
-/// covers.
+/// Largest allowed ratio of stable_time_step() to the bound. The checks of time steps have a margin
+/// of 5 % for it.
 constexpr double LOOSEST = 1.05;
 
 class StabilityBound : public OnDevice {
@@ -31,7 +31,7 @@ class StabilityBound : public OnDevice {
     engine->bound_time_steps({engine->add(state)}, enough, bounds);
     return bounds.at(0);
   }
-  /// Returns the sharpest bound.
+  /// Returns the sharpest bound, which the engine computes if the requested step is long.
   double sharp_bound(const RveState &state) const
   {
     return bound(state, 10.0 * stable_time_step(state));
@@ -55,8 +55,8 @@ RveState strained(const RveState &state, const Tensor2 &gradient, double strain)
 
 }    // namespace
 
-// The squared frequency of one contact is k_n (1/m_i + 1/m_j) along the normal. Along the tangent,
-// the rotation of the lever arms adds to it.
+// The squared frequency of one contact is k_n (1/m_i + 1/m_j) along the normal. Along the tangent
+// it has additional terms from the rotation of the grains.
 TEST_P(StabilityBound, IsThatOfOneContact)
 {
   for (const double stiffness : {0.0, 1e5, 1e6}) {
@@ -106,7 +106,8 @@ TEST_P(StabilityBound, IsCloseForAllContactLaws)
 
 TEST_P(StabilityBound, IsCloseForGrainsOfAllSizes)
 {
-  // Small disks in the pores of a lattice of large ones, and a range of sizes.
+  // In a lattice of disks, 30 % of the disks shrink by up to a factor of 20. The others grow by 10
+  // %.
   RveState state = triangular_packing(paper_material(), 12, 12, 0.004, 3);
   Random random(5);
   for (const double smallest : {0.5, 0.1, 0.05}) {
@@ -126,8 +127,8 @@ TEST_P(StabilityBound, WithoutContactsIsThatOfTheFirstContact)
   EXPECT_GE(found, exact / LOOSEST);
 }
 
-// The bound may be inaccurate far above the requested step, but must be below that step only if the
-// exact bound is.
+// A bound far above the requested step may be inaccurate. A bound must be below the requested step
+// if and only if the exact bound is.
 TEST_P(StabilityBound, DecidesIfAStepIsStable)
 {
   const RveState state = paper_packing();

@@ -24,8 +24,8 @@ void expect_contains(const std::string &message, const std::string &fragment)
   EXPECT_NE(message.find(fragment), std::string::npos) << "message: " << message;
 }
 
-// Computes exp(A) by its Taylor series on A/2^20, squared twenty times in long double, as a simple
-// reference.
+// Computes exp(A) in long double, as a simple reference: the Taylor series of exp(A/2^10) is
+// squared ten times.
 void exponential_by_squaring(const Tensor2 &a, long double result[4])
 {
   long double x[4], term[4] = {1, 0, 0, 1}, sum[4] = {1, 0, 0, 1};
@@ -62,8 +62,8 @@ TEST(RveState, PositionsReturnFromFractionalCoordinates)
 
   state.set_positions(state.positions());
 
-  // One rounding of x is 2^-53 of the cell, 2^11 units of the coordinate; the two transformations
-  // add a few.
+  // A rounding of x is 2^-53 of the cell, or 2^11 units of the fractional coordinate. The two
+  // transformations have a few roundings.
   for (std::size_t k = 0; k < fractional.size(); ++k)
     EXPECT_LT(std::llabs(static_cast<std::int64_t>(state.fractional[k] - fractional[k])), 1 << 14);
 }
@@ -128,8 +128,8 @@ TEST(RveState, WrongNumbersAreNamedWithValueUnitAndRange)
                   "RVE has no grains");
 }
 
-// A size between 1e-30 and 1e30, and every quantity that follows from sizes, is a normal number in
-// all formats.
+// The allowed range is 1e-30 to 1e30. Within it, a size and all quantities that are computed from
+// sizes are normal numbers in all formats.
 TEST(RveState, SizesThatNoFormatCanComputeWithAreNamed)
 {
   struct {

@@ -23,7 +23,8 @@ Drive servo(int substeps)
   return drive;
 }
 
-/// Returns M in cell = F H0 M, which is unimodular after lattice reductions.
+/// Returns M in cell = F H0 M, with the deformation F and the initial cell H0. Lattice reductions
+/// make M a unimodular matrix of integers.
 Tensor2 lattice_change(const RveState &now, const RveState &start)
 {
   return inverse(start.cell) * inverse(now.deformation) * now.cell;
@@ -104,15 +105,15 @@ TEST(StressServo, SettingOfOneCallIsKeptForTheNext)
   parts.advance(half);
   parts.advance(half);
 
-  // The motion is the same up to the force scale, which is chosen at call boundaries: 2^-52 of the
-  // largest force.
+  // Both motions agree except for the rounding of forces by 2^-52 of the largest force, since the
+  // force scale is chosen at the beginning of each call.
   EXPECT_NEAR(parts.result().servo_velocity_gradient(0, 0),
               whole.result().servo_velocity_gradient(0, 0), 1e-9);
   EXPECT_NEAR(parts.result().stress(0, 0), whole.result().stress(0, 0), 1e-8 * 1e5);
 }
 
-// The rate changes in every step, so it matters which stress is multiplied by which rate. The work
-// of a step uses the mean of the stresses before and after it.
+// The rate changes in every step. The work of a step is therefore accurate only if it uses the mean
+// of the stresses before and after the step.
 TEST(StressServo, WorkGoesIntoSpringsFrictionAndDampingAtLongStepsToo)
 {
   Options options = cpu_options();
@@ -166,8 +167,8 @@ TEST(LargeShear, UnderConstantNormalStressReachesASteadyStateThroughReductions)
   ratio /= samples;
   pressure /= samples;
   EXPECT_GE(result.counters.lattice_reductions, 2);
-  // The critical state of frictional disks has q/p = sin(phi) with phi from 15 to 25 degrees and is
-  // looser than the initial state.
+  // The critical state of frictional disks has q/p = sin(phi), with phi from 15 to 25 degrees. It
+  // is looser than the initial state.
   EXPECT_NEAR(pressure, 1e5, 0.2e5);
   EXPECT_GT(ratio, 0.25);
   EXPECT_LT(ratio, 0.42);
@@ -192,12 +193,13 @@ TEST(LargeShear, StressIsContinuousAcrossAReduction)
 
   EXPECT_EQ(last.counters.lattice_reductions, 1);
   EXPECT_GT(across, 0.0);
-  EXPECT_LT(across, 1.5 * elsewhere);    // 1e-4 of strain each
+  EXPECT_LT(across, 1.5 * elsewhere);    // each step is a strain of 1e-4
 }
 
 TEST(LargeShear, CallsWithAndWithoutAReductionInTheMiddleAgree)
 {
-  // The same sheared state runs with a lattice reduction before the call and with one within it.
+  // The same sheared state runs twice: with a lattice reduction before the call, and with one
+  // during the call.
   RveRig rig(paper_packing());
   rig.strain(gradient(0, 1, 2.0), 5e-5, 200, 28);
   const RveState state = rig.state();
@@ -217,8 +219,8 @@ TEST(LargeShear, CallsWithAndWithoutAReductionInTheMiddleAgree)
 
   EXPECT_EQ(rig.result().counters.lattice_reductions, 1);
   EXPECT_EQ(other.result().counters.lattice_reductions, 0);
-  // Branches differ by rounding, 1e-16 of the cell; a flowing packing amplifies that a thousandfold
-  // or more in 300 steps.
+  // Branch vectors differ by rounding errors of 1e-16 of the cell. A flowing packing amplifies them
+  // a thousandfold or more in 300 steps.
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(rig.result().stress.component[k], other.result().stress.component[k],
                 1e-6 * other.result().mean_stress());

@@ -76,7 +76,7 @@ TEST(VariantChoice, IsTheSmallestProgramForTheNeedsOfACall)
   }
 }
 
-/// Every kernel variant in the table must satisfy these conditions.
+/// Tests conditions that every kernel variant of the table must satisfy.
 TEST(VariantChoice, CoversAllNeedsOfAllContactLaws)
 {
   for (int k = 0; k < kNumVariants; ++k) {

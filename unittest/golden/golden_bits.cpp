@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Golden bits: tests that the program computes, to the last bit, what it computed when
+// Golden bits: tests that fixed runs give the same results, to the last bit, as when
 // golden_bits.txt was written.
 //
 //   golden_bits [--device cpu|cuda] [--file FILE] [--only PART]
-//       compares and prints differences and their sizes, of the runs with PART in their names
+//       compares the runs that have PART in their names; prints differences and their sizes
 //   golden_bits --renew "reason" [--file FILE]
-//       writes the lines that differ, with the reason
+//       rewrites the lines that differ, each with the reason
 //
-// A changed bit is no error in itself, but must be intended: the commit that changes bits also
-// renews the file.
+// A changed bit is not always an error, but it must be intended. A commit that changes bits must
+// also renew the file.
 
 #include "golden_scenes.h"
 
@@ -112,7 +112,7 @@ void tell_difference(const Record &stored, const Record &now)
   bool seen = false;
   for (const auto &[name, value] : now.numbers)
     for (const auto &[old_name, old_value] : stored.numbers) {
-      // The texts compare the bits, since nan differs from itself.
+      // Texts are compared, since nan is not equal to itself.
       if (name != old_name || exact(value) == exact(old_value)) continue;
       const double size = std::max(std::fabs(value), std::fabs(old_value));
       std::printf("    %s: %.17g -> %.17g (%s -> %s), relative change %.2g\n", name.c_str(),
@@ -126,7 +126,7 @@ void tell_difference(const Record &stored, const Record &now)
 struct Arguments {
   golden::Device device = golden::Device::Cpu;
   std::string file = GOLDEN_BITS_FILE;
-  std::string part;    ///< part of the names of the requested runs
+  std::string part;    ///< runs are selected if their names contain this text
   bool renew = false;
   std::string reason;
 };

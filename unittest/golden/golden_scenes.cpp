@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Scenes and drives consist of sums, products, quotients and roots only, which are the same on
-// every machine. Lines marked `libm` call the mathematical library of the host; a library with
-// other roundings may change last bits. The results of glibc have been the same for years, on all
-// processors.
+// The runs with golden bits. Their initial states and drives are computed from sums, products,
+// quotients and roots only, which have the same bits on every machine. Lines marked `libm` call the
+// mathematical library of the host. A library with other roundings may change last bits there. The
+// results of glibc have been the same for years, on all processors.
 
 #include "golden_scenes.h"
 #include "state_hash.h"
@@ -43,7 +43,7 @@ namespace {
 
   // ---- bits and numbers of results of the engine ----
 
-  /// Adds the results that do not depend on lists of neighbours; there are none after a fatal
+  /// Adds the results that do not depend on the Verlet list. After a fatal status it adds only the
   /// status. The number of pairs belongs to the hash of lists. Energies have their own hash, since
   /// the engine adds losses in the order of pairs.
   template <int D> void add_result(BitHash &hash, const ResultOf<D> &r)
@@ -67,7 +67,7 @@ namespace {
     return sum;
   }
 
-  /// Sums of magnitudes of the histories of pairs.
+  /// Sums of the magnitudes of tangential and rolling forces in the histories of pairs.
   struct Remembered {
     double tangential = 0.0, rolling = 0.0;
 
@@ -110,7 +110,7 @@ namespace {
 
   // ---- the engine ----
 
-  /// A batch that is called `calls` times.
+  /// A batch of RVEs that is advanced `calls` times.
   template <int D> struct SceneOf {
     std::string name;
     Options options;
@@ -254,8 +254,8 @@ namespace {
     Scene &rigid = add("rigid_turn", two, paths);
     rigid.turns = true;
 
-    // The packing deforms far enough for lattice reductions. It is looser, so that no overlap
-    // exceeds its limit.
+    // The deformation is so large that the lattice is reduced. The packing is loosened, so that no
+    // overlap exceeds the limit.
     RveState loose = small_packing(2);
     loose.cell = 1.04 * loose.cell;
     Drive far = stretch(0.03, 0.25, 0.03, 600);
@@ -374,7 +374,7 @@ namespace {
     for (Spheres &state : undamped) state.material.normal_viscosity = 0.0;
     undamped[1].material.mindlin_displacement = 1.0;
     add("hertz_undamped", undamped, paths);
-    // These states use their own program, which does not need their contact radius.
+    // These states use the kernel variant without contact radii.
     for (Spheres &state : undamped) state.material.mindlin_displacement = 0.0;
     add("hertz_without_rescaling", undamped, paths);
     add("dmt", of_law(ContactLaw::Dmt, 2.0, false), paths);
@@ -385,7 +385,8 @@ namespace {
     return all;
   }
 
-  /// Returns a rotation without rounding: 3-4-5, and about two axes.
+  /// Returns a rotation from the triangle 3-4-5, whose components need no library function. In
+  /// space it is combined with a quarter turn about a second axis.
   template <int D> Tensor<double, D> quarter_or_so()
   {
     if constexpr (D == 2)
@@ -444,7 +445,8 @@ namespace {
       add_list(lists, state);
       energies.add(state.energy);
     }
-    // The short answer takes another path through the engine and follows the states.
+    // A call with the short answer takes another path through the engine. It comes after the states
+    // are recorded.
     engine->advance(rves, scene.drives, short_answers);
     for (const ResponseOf<D> &answer : short_answers) {
       responses.add(answer.status);
@@ -507,8 +509,8 @@ namespace {
 
   // ---- the material point method ----
 
-  /// Runs ground of two laws under a footing with a traction next to it, and a plate that pushes
-  /// from the left further up.
+  /// Runs ground with two material laws. A footing moves down on it, a traction acts next to the
+  /// footing, and a plate above the ground moves to the right.
   void run_mpm(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
                std::vector<Record> &records)
   {
@@ -587,7 +589,8 @@ namespace {
                        {{"reaction_y", reaction[1]}, {"unbalanced", unbalanced}}});
   }
 
-  /// Runs ground in space as in the tests of the MPM, with velocities that no library computes.
+  /// Runs the ground of the MPM tests in space. Its velocities are computed without library
+  /// functions.
   void run_mpm_in_space(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
                         std::vector<Record> &records)
   {
@@ -637,10 +640,12 @@ namespace {
     return feature == MpmFeature::DrivenBody || feature == MpmFeature::ConvexBody;
   }
 
-  /// Runs a layer of frictional ground with features that the scenes above lack: boxes that follow
-  /// points over several cells of stretch and shear; mean dilation over cells with several points;
-  /// a tilted box that falls on the layer, driven only by weight and contact, and a triangle or
-  /// tetrahedron that lands on its tip; sides that absorb waves.
+  /// Runs a layer of frictional ground with one of the features that the runs above lack:
+  ///   BoxesThatFollow   boxes of points that stretch and shear over several cells
+  ///   MeanDilation      mean dilation over cells with several points
+  ///   DrivenBody        a tilted box that falls on the layer, moved only by weight and contact
+  ///   AbsorbingSides    sides that absorb waves
+  ///   ConvexBody        a triangle or tetrahedron that lands on its tip
   template <int D>
   void run_mpm_feature(MpmFeature feature, Device device, std::vector<Record> &records)
   {
@@ -788,8 +793,8 @@ namespace {
 
   void random_field(std::vector<Record> &records)
   {
-    // libm, and FFTW, which uses other instructions on other processors: the values are rounded to
-    // 2^-20 of the standard deviation.
+    // libm, and FFTW, which uses different instructions on different processors. The values are
+    // therefore rounded to 2^-20 of the standard deviation.
     const field::Grid grid = field::Grid::covering({0.0, 0.0}, {8.0, 4.0}, {0.25, 0.25});
     const field::Covariance covariance{field::Exponential(), field::Anisotropy({2.0, 1.0})};
     field::CirculantEmbedding embedding(grid, covariance);

@@ -12,13 +12,13 @@ namespace golden {
 
 enum class Device { Cpu, Cuda };
 
-/// Returns records of the engine in all formats of the device, of packings that it makes, and of
-/// the material point method. `part` selects runs by a part of their names, for example
-/// "engine/dmt/fast/" or "mpm/"; "" selects all.
+/// Returns records of three kinds of runs on the device: runs of the engine in all number formats,
+/// preparations of packings, and runs of the material point method. `part` selects runs by a part
+/// of their names, for example "engine/dmt/fast/" or "mpm/"; "" selects all.
 std::vector<Record> device_records(Device device, const std::string &part);
 
-/// Returns records that only the host computes: images of packings, bounds of time steps, random
-/// fields, records and files.
+/// Returns records of code that runs on the host only: images of packings, bounds of time steps,
+/// random fields, serialised states and files.
 std::vector<Record> host_records();
 
 }    // namespace golden

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Hashes of the state of an RVE. They do not depend on the order in which an engine keeps grains
-// and pairs, or on which grain of a pair owns it.
+// Hashes of the state of an RVE. They do not depend on the order of grains and pairs in an engine,
+// nor on the choice of the owner of each pair.
 
 #pragma once
 
@@ -16,30 +16,31 @@
 
 namespace golden {
 
-/// Returns -value. A zero keeps its sign, as in the states that an engine returns.
+/// Returns -value, or a zero unchanged: the states of an engine have no negative zeros.
 inline double opposite(double value)
 {
   return value == 0.0 ? value : -value;
 }
 
-/// Describes a pair of disks from its second grain, which becomes the first. The moment on it is
-/// the opposite one. So are the tangential force and the tangent: its number stays.
+/// Exchanges the two grains of a pair of disks. The rolling force changes its sign. The number of
+/// the tangential force stays, since the force and the tangent vector both change sign.
 inline void see_from_partner(rve::Pair &pair)
 {
   std::swap(pair.first, pair.second);
   pair.rolling_force = opposite(pair.rolling_force);
 }
 
-/// Describes a pair of spheres from its second grain, which becomes the first. The tangential force
-/// on it is the opposite one. So are the moments, and the normal too: their numbers stay.
+/// Exchanges the two grains of a pair of spheres. The tangential force changes its sign. The
+/// numbers of rolling and twisting stay, since the moments and the normal both change sign.
 inline void see_from_partner(rve::PairOf<3> &pair)
 {
   std::swap(pair.first, pair.second);
   for (int a = 0; a < 3; ++a) pair.tangential_force[a] = opposite(pair.tangential_force[a]);
 }
 
-/// Returns all pairs, each from its grain with the lower number, sorted by the numbers of both
-/// grains. The order is unique, since two grains have one pair at most (RveStateOf::check).
+/// Returns all pairs, sorted by the numbers of their grains. The first grain of each pair is the
+/// one with the lower number. The order is unique, since two grains have at most one pair
+/// (RveStateOf::check).
 template <int D> std::vector<rve::PairOf<D>> canonical_pairs(const rve::RveStateOf<D> &state)
 {
   std::vector<rve::PairOf<D>> pairs = state.pairs;
@@ -56,7 +57,8 @@ inline bool has_bits(double value)
   return value != 0.0 || std::signbit(value);
 }
 
-/// Returns false if all numbers are zero: the pair is in the list because its grains are near.
+/// Returns true if the pair has a history. All numbers are zero if the pair is in the list only
+/// because its grains are near.
 template <int D> bool remembers(const rve::PairOf<D> &pair)
 {
   for (const rve::RememberedNumber<D> &number : rve::pair_memory<D>())
@@ -64,7 +66,8 @@ template <int D> bool remembers(const rve::PairOf<D> &pair)
   return false;
 }
 
-/// Adds parameters by their names and without those that are zero: a new parameter changes no hash.
+/// Adds the names and values of all parameters that are not zero. A new parameter therefore changes
+/// no old hash.
 inline void add_material(rve_test::BitHash &hash, const rve::Material &material)
 {
   hash.add(std::string(rve::word_of(material.law)));
@@ -73,8 +76,8 @@ inline void add_material(rve_test::BitHash &hash, const rve::Material &material)
       hash.add(std::string(parameter.name)).add(material.*parameter.member);
 }
 
-/// Adds all that the motion depends on: material, cell, grains, memory of pairs, servo and scale of
-/// forces. Lists of neighbours, counters and energies are left out.
+/// Adds everything on which the motion depends: material, cell, grains, histories of pairs, servo
+/// and force scale. Verlet lists, counters and energies are omitted.
 template <int D> void add_state(rve_test::BitHash &hash, const rve::RveStateOf<D> &state)
 {
   add_material(hash, state.material);
@@ -92,7 +95,7 @@ template <int D> void add_state(rve_test::BitHash &hash, const rve::RveStateOf<D
   hash.add(state.servo_velocity_gradient).add(state.largest_contact_force);
 }
 
-/// Adds the Verlet list: where grains were when it was built, and which pairs it has.
+/// Adds the Verlet list: the positions of the grains when it was built, and its pairs.
 template <int D> void add_list(rve_test::BitHash &hash, const rve::RveStateOf<D> &state)
 {
   hash.add(state.list_cell).add(state.list_fractional).add(state.list_margin);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The hashes of states depend on each bit of a state, and not on the order of its pairs and grains.
+// The hashes of states depend on each bit of a state. They do not depend on the order of its pairs
+// and grains.
 
 #include "rve/core/space.h"
 #include "rve/engine/contact_laws.h"
@@ -36,8 +37,9 @@ template <int D> std::uint64_t list_hash_of(const RveStateOf<D> &state)
 
 constexpr int GRAINS = 6;
 
-/// Returns a ring of grains with pairs of neighbours and next neighbours. Every other pair is owned
-/// by the grain with the higher number. Only the memory of every third pair is zero.
+/// Returns a state in which all numbers except some histories are random. Grains form a ring, with
+/// pairs of neighbours and next neighbours. Every other pair is owned by its second grain in the
+/// ring. Every third pair has no history.
 template <int D> RveStateOf<D> full_state()
 {
   Random random(3);
@@ -77,7 +79,7 @@ template <int D> RveStateOf<D> full_state()
   return state;
 }
 
-/// Returns the pair from its other grain, by the law of the material.
+/// Returns the pair with exchanged grains. The contact law of the material transforms its history.
 template <int D> PairOf<D> with_other_owner(const PairOf<D> &pair, const Material &material)
 {
   PairOf<D> seen = pair;
@@ -86,12 +88,12 @@ template <int D> PairOf<D> with_other_owner(const PairOf<D> &pair, const Materia
   });
   std::swap(seen.first, seen.second);
   for (const RememberedNumber<D> &number : pair_memory<D>())
-    number.of(seen) += 0.0;    // as an engine gives states out
+    number.of(seen) += 0.0;    // turns -0 into 0, as an engine does
   return seen;
 }
 
-/// Returns the state with pairs and grains stored in another order and half of the pairs owned by
-/// their other grains.
+/// Returns the state with another order of pairs and grains. Half of the pairs are owned by their
+/// other grains.
 template <int D> RveStateOf<D> shuffled(RveStateOf<D> state, int seed)
 {
   Random random(static_cast<std::uint64_t>(seed));
@@ -116,7 +118,7 @@ template <class T> void flip(T &value, int bit)
   std::memcpy(&value, bytes, sizeof(T));
 }
 
-/// Checks that each bit of the number changes the hash, each in its own way, and puts it back.
+/// Expects that a flip of each bit of the number gives another hash. Restores the number.
 template <class T, class Hash>
 void expect_each_bit_counts(T &value, const Hash &hash, const std::string &what)
 {
@@ -179,7 +181,7 @@ TYPED_TEST(StateHash, DependsOnEachBitOfTheState)
   expect_each_bit_counts(state.fractional, hash, "fractional coordinates");
   expect_each_bit_counts(state.velocity, hash, "velocity");
   expect_each_bit_counts(state.spin, hash, "spin");
-  for (PairOf<D> &pair : state.pairs)    // those that remember nothing, too
+  for (PairOf<D> &pair : state.pairs)    // also pairs without history
     for (const RememberedNumber<D> &number : pair_memory<D>())
       expect_each_bit_counts(number.of(pair), hash, number.name);
   const std::uint64_t before = hash();
@@ -204,17 +206,17 @@ TYPED_TEST(StateHash, DependsOnTheGrainsOfEachHistory)
     }
     EXPECT_TRUE(seen.insert(hash_of(other)).second) << "without pair " << k;
     ++lost;
-    for (const bool is_first : {true, false})    // another grain in the place of one of the pair
+    for (const bool is_first : {true, false})    // another grain replaces one of the pair
       for (int i = 0; i < GRAINS; ++i) {
         if (i == state.pairs[k].first || i == state.pairs[k].second) continue;
         other = state;
         (is_first ? other.pairs[k].first : other.pairs[k].second) = i;
         EXPECT_TRUE(seen.insert(hash_of(other)).second) << "pair " << k << " with grain " << i;
       }
-    other = state;    // the owner is the other grain, and the numbers are not
+    other = state;    // exchanged grains, without a change of the history
     std::swap(other.pairs[k].first, other.pairs[k].second);
     EXPECT_TRUE(seen.insert(hash_of(other)).second) << "pair " << k << " with exchanged grains";
-    for (std::size_t m = 0; m < k; ++m) {    // two pairs remember what the other one did
+    for (std::size_t m = 0; m < k; ++m) {    // two pairs exchange their histories
       if (!golden::remembers(state.pairs[m])) continue;
       other = state;
       std::swap(other.pairs[m].first, other.pairs[k].first);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The affine stiffness of a state from contacts that the host finds in double precision.
+// Oracle: the affine stiffness of a state, from contacts that the host finds in double precision.
 
 #pragma once
 
@@ -16,8 +16,9 @@ namespace rve_test {
 
 inline rve::AffineStiffness affine_stiffness(const rve::RveState &state)
 {
-  // The histories are in the order of find_contacts(). The scalar history is the same seen from
-  // both grains, since force and tangent both change sign.
+  // The histories are sorted in the order of find_contacts(). The tangential force is one signed
+  // number per pair. It is the same for both grains, since the force and the tangent vector both
+  // change sign.
   std::vector<rve::Pair> pairs = state.pairs;
   for (rve::Pair &pair : pairs)
     if (pair.second < pair.first) std::swap(pair.first, pair.second);

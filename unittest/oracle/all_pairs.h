@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: pairs of neighbours by a loop over every pair and every image, in double precision.
+// Oracle: pairs of neighbours from a loop over all pairs and near images, in double precision.
 
 #pragma once
 
@@ -17,9 +17,10 @@ struct OraclePair {
   double gap;                    ///< |branch| - sum of radii [length]
 };
 
-/// Returns pairs whose gap is below `reach`. `fractional` is s 2^64. The nearest image is searched
-/// `images` cells around the image with the smallest fractional difference; 1 suffices for cells
-/// wider than twice the reach.
+/// Returns the pairs with a gap below `reach` [length]. `fractional` has the fractional coordinates
+/// times 2^64. The search for the nearest image starts from the image with the smallest fractional
+/// difference and covers `images` cells in each direction. One cell suffices if the cell is wider
+/// than twice the reach.
 inline std::vector<OraclePair> all_pairs(const rve::Tensor2 &cell,
                                          const std::vector<double> &radius,
                                          const std::vector<std::uint64_t> &fractional, double reach,
@@ -29,7 +30,7 @@ inline std::vector<OraclePair> all_pairs(const rve::Tensor2 &cell,
   std::vector<OraclePair> pairs;
   for (int i = 0; i < n; ++i)
     for (int j = i + 1; j < n; ++j) {
-      // The wrapping difference selects the image whose fractions differ least.
+      // The wrapping difference belongs to the image with the smallest fractional difference.
       const double dx =
           static_cast<double>(static_cast<std::int64_t>(fractional[2 * j] - fractional[2 * i])) *
           0x1p-64;

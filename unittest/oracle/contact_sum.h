@@ -1,25 +1,34 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: all results of an RVE from all pairs and all near images, in long double, without list,
-// minimum image and integers. Each number has a bound of the error of a number format.
+// Oracle: all results of an RVE with a bound of the rounding error that the engine may make in a
+// number format. The oracle sums over all pairs and all near images in long double. It uses no
+// list, no minimum image and no integer sums.
 //
-// The bounds count roundings. A format has u, the unit roundoff of forces and normals; w, that of
-// branch vectors and radii; and s, the resolution of a fractional coordinate. With the cell H and
-// the sum d of two radii, the errors are:
-//   branch   w S + s |H|, where S = sum_ab |H_ab| d / w_b bounds the products H_ab ds_b of two
-//            touching grains (w_b: width of the cell), each with four roundings: of H, ds, the
-//            product and the sum
-//   gap      that of the branch, and eight roundings of d: two radii and their sum, two squares
-//            and their sum, root, difference
-//   normal   (branch error)/d and six roundings: a root, a quotient, two products, two
-//            conversions
-//   force    k_n (1 + mu) times the error of the gap, since the Coulomb limit follows the normal
-//            force; |f| times the error of the normal and sixteen roundings of the law and of its
-//            constants; and half a unit q of the integer sums
-//   energy   those of gap and force on each spring; and half a unit of its integer sum, which
-//            keeps 2^17 contacts at the limit of forces in 62 bits
-//   stress   the error of the force times |b|, |f| times that of the branch, and half a unit of
-//            the integer sums of f b
-// Each count is too large by a factor of about two; none is fitted.
+// The bounds count roundings. They use these symbols:
+//   u   unit roundoff of forces and normals in the format
+//   w   unit roundoff of branch vectors and radii in the format
+//   s   resolution of a fractional coordinate in the format
+//   H   the cell
+//   d   sum of two radii
+//   b   branch vector
+//   f   contact force
+//   q   unit of the integer sums of forces
+// The errors are:
+//   branch   4 w S + s |H|. S = sum_ab |H_ab| d / w_b bounds the products H_ab ds_b of two touching
+//            grains, with the width w_b of the cell. A product has four roundings: of H, of ds, of
+//            the product and of the sum.
+//   gap      The error of the branch, and eight roundings of d: two radii and their sum, two
+//            squares and their sum, a root and a difference.
+//   normal   The error of the branch divided by |b|, and six roundings: a root, a quotient, two
+//            products and two conversions.
+//   force    k_n (1 + mu) times the error of the gap, since the Coulomb limit is proportional to
+//            the normal force; |f| times the error of the normal; sixteen roundings of the law and
+//            its constants; 0.75 q.
+//   energy   The effect of the errors of gap and force on the energy of each spring, and half a
+//            unit of the integer sum of energies. This unit is such that 2^17 contacts with the
+//            largest force fit 62 bits.
+//   stress   |b| times the error of the force, |f| times the error of the branch, and half a unit
+//            of the integer sums of f b.
+// The counts are too large by a factor of about two. No bound is fitted to measured errors.
 
 #pragma once
 
@@ -56,7 +65,7 @@ struct Resolution {
   }
 };
 
-/// A number and the bound of the engine's error.
+/// A number of the oracle and the bound of the engine's error.
 struct Bounded {
   long double value = 0.0L, error = 0.0L;
 };
@@ -66,14 +75,16 @@ struct ContactSum {
   Bounded elastic_energy, kinetic_energy, void_ratio;
   Bounded largest_overlap, mean_overlap, largest_contact_force, unbalanced_ratio;
   std::vector<Bounded> force, torque;    ///< shapes (N, 2) and (N)
-  /// bounds, since the format cannot decide some gaps
+  /// Bounds of the number of contacts. A gap below the rounding error of the format may count or
+  /// not.
   int least_contacts = 0, most_contacts = 0;
-  /// Sum of k_n d b: the stress of overlaps as large as the grains.
+  /// Sum of k_n d |b| / V over the contacts: the stress if each overlap were as large as the sum of
+  /// radii.
   long double stress_of_full_overlap = 0.0L;
 };
 
-/// Returns the sums of a state without list. Springs are limited to the Coulomb limit, and springs
-/// of grains without contact do not act. Dashpots are omitted.
+/// Returns the sums for a state. Tangential and rolling forces of the state are cut at their
+/// Coulomb limits. Forces of pairs without contact do not act. Dashpots are omitted.
 inline ContactSum contact_sum(const rve::RveState &state, const Resolution &format)
 {
   using Real = long double;
@@ -88,7 +99,7 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
     for (int b = 0; b < 2; ++b) h[a][b] = state.cell(a, b);
   const Real area = h[0][0] * h[1][1] - h[0][1] * h[1][0];
   const Real volume = area * material.thickness;
-  Real cell_size = 0.0L, reach = 0.0L;    // |H|, and S/d
+  Real cell_size = 0.0L, reach = 0.0L;    // |H| and S/d
   for (int b = 0; b < 2; ++b) {
     const Real column = std::fabs(h[0][b]) + std::fabs(h[1][b]);
     const Real width = area / std::hypot(h[0][1 - b], h[1][1 - b]);
@@ -157,18 +168,18 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
           contacts.push_back(c);
         }
 
-  // The sum of a grain has room for 2^bits neighbours, and forces may grow eightfold. A minimum
-  // overlap of 1e-9 mean radii limits units from below. A unit that is a power of two may be twice
-  // as large.
+  // The integer sum of a grain must hold the forces of all neighbours, each of up to eight times
+  // the expected force. The expected force is at least that of an overlap of 1e-9 radii. The number
+  // of neighbours and the unit are rounded up to powers of two, so that each may be twice as large.
   const Real side_by_side =
       M_PIl / std::asin(static_cast<Real>(smallest_radius) / (smallest_radius + largest_radius));
   const Real neighbors = 2.0L * 1.2L * side_by_side;
   const Real expected = std::max(largest_force, k_n * 1e-9L * largest_radius) *
       std::hypot(1.0L, std::max(mu, static_cast<Real>(rolls ? material.rolling_friction : 0.0)));
   const Real limit =
-      2.0L * 8.0L * expected;    // unit of a force; times a length unit that of an energy
+      2.0L * 8.0L * expected;    // eight times the expected force, rounded up to a power of two
   const Real unit = neighbors * limit * std::ldexp(1.0L, -format.sum_bits);
-  // unit of |f|; times a length unit that of an energy
+  // Unit of the sums of |f|. This unit times the length unit is the unit of energies.
   const Real unit_of_sizes = limit * 0x1p-44L;
 
   std::vector<Real> grain_force(2 * n, 0.0L), force_error(n, 0.0L), torque(n, 0.0L),
@@ -224,7 +235,7 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
     sum.largest_contact_force.error = std::max(sum.largest_contact_force.error, c.force_error);
   }
 
-  // The engine may omit contacts with undecided gaps from means over contacts.
+  // The engine may omit contacts with a gap below the rounding error from means over contacts.
   const Real count = std::max<Real>(sum.most_contacts, 1.0L);
   const Real doubt = (sum.most_contacts - sum.least_contacts) / count;
   for (Bounded &component : sum.fabric) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The discrete Fourier transform by its definition, along one axis after the other: sum_j f_j
-// exp(-2 pi i k j / m).
+// Oracle: the discrete Fourier transform by its definition, sum_j f_j exp(-2 pi i k j / m), along
+// one axis after the other.
 
 #pragma once
 

@@ -85,16 +85,19 @@ template <int D> macro::TangentOf<D> cubic_tangent(double c11, double c12, doubl
   return tangent;
 }
 
-/// Returns the tangent under pressure of a lattice with constants c without pressure. A force
-/// across a rotating contact reduces k_t by f_n/l, and contact forces rotate and change their
-/// volume: C_ijkl + p (delta_ij delta_kl - (delta_ik delta_jl + delta_il delta_jk)/2).
+/// Adds the effect of the pressure p on a tangent C. Under strain, the contact forces rotate and
+/// the volume changes. The result is
+///   C_ijkl + p (delta_ij delta_kl - (delta_ik delta_jl + delta_il delta_jk)/2).
+/// The rotation of a contact with the force f_n and the length l also reduces its k_t by f_n/l. The
+/// callers include this in C.
 template <int D> macro::TangentOf<D> under_pressure(const macro::TangentOf<D> &tangent, double p)
 {
   return tangent + macro::TangentOf<D>::isotropic(p, -0.5 * p);
 }
 
-// Returns the tangent of a square lattice, the sum over contacts of l^2 (k_n nnnn + (k_t - f_n/l) n
-// (1 - nn) n)/V.
+// Returns the tangent of a square lattice under pressure. Without the terms of under_pressure() it
+// is the sum of l^2 (k_n nnnn + (k_t - f_n/l) n (1 - nn) n)/V over the contacts, with the normal n,
+// the distance l, the normal force f_n and the volume V.
 inline macro::TangentOf<2> of_squares(const Springs &s, double h)
 {
   const double kt = s.tangential - s.force / LATTICE_DISTANCE;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: impact of two disks through a linear normal spring and a linear tangential spring with
-// Coulomb limit, in the limit of small overlaps (the line of centres does not rotate). Normal and
-// tangential motion are then two oscillators,
+// Oracle: the impact of two disks with a linear normal spring and a linear tangential spring with
+// Coulomb limit. The overlaps are small, so that the line of centres does not rotate. Normal and
+// tangential motion are then two oscillators with the overlap delta and the slip velocity v,
 //   m* delta'' = -k_n delta,
 //   m_t v' = -f,  f' = k_t v while sticking,  f = +-mu k_n delta while sliding,
-// and v has a closed form between changes of regime. Only the times of these changes are roots,
-// found to rounding. Di Maio & Di Renzo, Chem Eng Sci 59, 3461 (2004) give the same solution for
-// spheres.
+// While the contact only sticks or only slides, v has a closed form. A bisection finds the times of
+// the changes between both, to rounding. Di Maio & Di Renzo, Chem Eng Sci 59, 3461 (2004) give the
+// same solution for spheres.
 
 #pragma once
 
@@ -14,17 +14,17 @@
 
 namespace rve_test {
 
-/// Two disks of the same density and depth, with the inertias that act in their contact.
+/// Two disks of the same density and depth, and the effective masses of their contact.
 struct DiskPair {
   double radius[2];       ///< [length]
   double area_density;    ///< density times depth [mass/length^2]
 
   double mass(int i) const { return area_density * M_PI * radius[i] * radius[i]; }
   double inertia(int i) const { return 0.5 * mass(i) * radius[i] * radius[i]; }
-  /// Returns m* of the normal motion, 1/m* = 1/m_1 + 1/m_2 [mass].
+  /// Returns the effective mass m* of the normal motion, 1/m* = 1/m_1 + 1/m_2 [mass].
   double mass_eff() const { return 1.0 / (1.0 / mass(0) + 1.0 / mass(1)); }
-  /// Returns m_t of the tangential motion, 1/m_t = sum of 1/m_i + r_i^2/I_i, a third of m* for
-  /// disks of any radii [mass].
+  /// Returns the effective mass m_t of the tangential motion [mass]. 1/m_t is the sum of 1/m_i +
+  /// r_i^2/I_i over both disks, so that m_t = m*/3 for all radii.
   double tangential_mass() const
   {
     double compliance = 0.0;
@@ -46,15 +46,15 @@ class LinearImpact {
 
   double duration() const { return M_PI / normal_frequency; }
 
-  /// Returns the tangential velocity of the contact at separation, from the velocities of approach
-  /// (`normal` > 0).
+  /// Returns the slip velocity of the contact at separation. The arguments are the normal velocity
+  /// of approach (positive) and the slip velocity at first touch.
   double rebound(double normal, double tangential) const
   {
     const double limit = limit_per_velocity * normal;
     Phase phase{0.0, tangential, 0.0, 0};
     if (std::fabs(stiffness * tangential) > limit * normal_frequency)
       phase.sliding = sign(tangential);
-    // `steps` is only the resolution of the search for changes of regime.
+    // The search for changes between sticking and sliding has a resolution of `steps`.
     const int steps = 20000;
     const double step = duration() / steps;
     for (int k = 1; k <= steps; ++k) {
@@ -73,8 +73,9 @@ class LinearImpact {
   }
 
  private:
-  /// A regime that begins at `time`: velocity and force there, and 0 if the contact sticks or the
-  /// sign of the force if it slides.
+  /// A phase of sticking or sliding: its first time, and the slip velocity and tangential force at
+  /// this time. `sliding` is 0 if the contact sticks. If the contact slides, it is the sign of the
+  /// force.
   struct Phase {
     double time, velocity, force;
     int sliding;
@@ -99,8 +100,8 @@ class LinearImpact {
     return p.force * std::cos(angle) + p.velocity * mass * tangential_frequency * std::sin(angle);
   }
 
-  /// Returns a positive number if the regime is over. Sticking ends above the limit; sliding ends
-  /// when the spring force would fall below the limit.
+  /// Returns a positive number if the phase has ended at time t. Sticking ends when the force
+  /// exceeds the limit. Sliding ends when the spring force would fall below the limit.
   double excess(const Phase &p, double limit, double t) const
   {
     if (p.sliding == 0)
@@ -111,7 +112,7 @@ class LinearImpact {
 
   double normal_frequency, tangential_frequency;
   double mass, stiffness;
-  /// Coulomb limit at the peak of the normal force, per normal velocity of approach
+  /// Coulomb limit at the peak of the normal force, divided by the normal velocity of approach.
   double limit_per_velocity;
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: the paper's update as printed, equations (3), (4), (11)-(13), (19)-(24), (38), (39), with
-// Cartesian positions without wrapping, total velocities, explicit Euler for H, and period shifts
-// by rounding, in double precision. It deviates from (14), which adds magnitudes as printed: the
-// tangential force is signed here.
+// Oracle: the update of the paper as printed, equations (3), (4), (11)-(13), (19)-(24), (38) and
+// (39), in double precision. It uses Cartesian positions without wrapping, total velocities,
+// explicit Euler steps for the cell H, and period shifts by rounding. It deviates from equation
+// (14), which adds magnitudes: the tangential force is signed here.
 
 #pragma once
 
@@ -15,7 +15,8 @@ namespace rve_test {
 
 class LiteralUpdate {
  public:
-  /// Starts from the positions of the state, with velocities v = L x + c.
+  /// Starts from the positions x of the state, with the velocities v = L x + c. L is the velocity
+  /// gradient and c the peculiar velocity of the state.
   LiteralUpdate(const rve::RveState &state, const rve::Tensor2 &velocity_gradient) :
       material(state.material), radius(state.radius), cell(state.cell), l(velocity_gradient),
       x(state.positions()), v(state.velocity), w(state.spin)
@@ -29,8 +30,8 @@ class LiteralUpdate {
       }
   }
 
-  /// Makes one step: positions and cell move with v and L, then forces and the velocity for the
-  /// next step with the given gradient follow.
+  /// Makes one step. Positions move with v, and the cell moves with L. Then it computes the forces
+  /// and the velocities for the next step, which has the velocity gradient `next_gradient`.
   void step(double dt, const rve::Tensor2 &next_gradient)
   {
     for (int k = 0; k < 2 * size(); ++k) x[k] += dt * v[k];
@@ -56,8 +57,8 @@ class LiteralUpdate {
 
   rve::Tensor2 stress() const { return love; }    ///< stress of the last forces, tension positive
 
-  /// Returns the root mean square distance of the grains from those of the state, by fractional
-  /// coordinates [length].
+  /// Returns the root mean square distance between the grains here and in the state [length]. It
+  /// compares fractional coordinates.
   double distance_to(const rve::RveState &state) const
   {
     const rve::Tensor2 to_fraction = rve::inverse(cell);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: contacts and Love stress of frictionless disks over all pairs and all near images, in
-// double precision and Cartesian coordinates, without list, minimum image and integers.
+// Oracle: the number of contacts and the Love stress of frictionless disks. It sums over all pairs
+// and all near images, in double precision and Cartesian coordinates. It uses no list, no minimum
+// image and no integer sums.
 
 #pragma once
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The elastic tangent of disks by linear algebra: the equations of equilibrium of all grains with
-// sticking contacts, linearised about a state at rest, without dynamics and finite strains.
+// Oracle: the elastic tangent of disks by linear algebra, without dynamics and finite strains. It
+// solves the equations of equilibrium of all grains with sticking contacts, linearised about a
+// state at rest.
 
 #pragma once
 
@@ -13,7 +14,7 @@
 
 namespace rve_test {
 
-/// Solves a x = b for several b by Gauss' elimination with row pivots.
+/// Solves a x = b for several right-hand sides b, by Gaussian elimination with row pivots.
 inline std::vector<std::vector<double>> solve(std::vector<std::vector<double>> a,
                                               std::vector<std::vector<double>> b)
 {
@@ -39,9 +40,10 @@ inline std::vector<std::vector<double>> solve(std::vector<std::vector<double>> a
   return b;
 }
 
-/// Changes of a contact of linear springs when its grains move by (u_i, w_i, u_j, w_j) in addition
-/// to a strain. The formulas are those of AffineStiffnessOf with spins and torques at the arms r -
-/// overlap/2.
+/// Changes of force, torques and branch vector of a contact with linear springs. Its grains move
+/// with the strain and, in addition, by the displacements u and rotations w, in the order (u_i,
+/// w_i, u_j, w_j). The formulas are those of AffineStiffnessOf, extended by rotations and torques
+/// with the lever arms r - overlap/2.
 struct ContactChange {
   double force[2], torque[2];    ///< force on i; torques on i and j [force], [force length]
   double branch[2];              ///< [length]
@@ -71,8 +73,8 @@ struct ContactChange {
   }
 };
 
-/// Returns the tangent. Springs of 1e-11 k_n hold grains without contacts and the translation of
-/// all grains.
+/// Returns the tangent. Weak springs of 1e-11 k_n are added to all grains. Without them the matrix
+/// would be singular, because of grains without contacts and of the translation of all grains.
 inline macro::TangentOf<2> network_stiffness(const rve::RveState &state)
 {
   using rve::Tensor2;

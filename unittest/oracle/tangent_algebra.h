@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangents that are products of tensors, rotated, or projected on a strain.
+// Algebra of tangents: the product of two tensors as a tangent, rotated tangents, and the
+// second-order work of a strain.
 
 #pragma once
 
@@ -9,14 +10,15 @@ namespace rve_test {
 
 template <int D> using StrainOf = rve::Tensor<double, D>;
 
-/// Calls f(a, b, place) for the components of a symmetric tensor.
+/// Calls f(a, b, place) for the components (a, b) of a symmetric tensor. `place` is the row or
+/// column of a tangent.
 template <int D, class F> void for_places(const F &f)
 {
   for (int a = 0; a < D; ++a)
     for (int b = a; b < D; ++b) f(a, b, macro::TangentOf<D>::index(a, b));
 }
 
-/// Returns x_ij y_kl of symmetric tensors.
+/// Returns the tangent x_ij y_kl of two symmetric tensors.
 template <int D> macro::TangentOf<D> dyad(const StrainOf<D> &x, const StrainOf<D> &y)
 {
   macro::TangentOf<D> product;
@@ -44,7 +46,7 @@ macro::TangentOf<D> turned(const macro::TangentOf<D> &tangent, const StrainOf<D>
   return result;
 }
 
-/// Returns eps : C : eps / (eps : eps).
+/// Returns the second-order work eps : C : eps / (eps : eps) of the strain eps and the tangent C.
 template <int D>
 double second_order_work(const macro::TangentOf<D> &tangent, const StrainOf<D> &strain)
 {

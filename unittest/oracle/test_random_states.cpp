@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Results of the engine for random states, against the sum over all pairs and all images.
+// Compares the results of the engine for random states with sums over all pairs and all images.
 
 #include "oracle/contact_sum.h"
 #include "support/random.h"
@@ -14,9 +14,10 @@ namespace {
 
 constexpr int NUM_STATES = 100;
 
-/// Returns states with sheared and rotated cells from hardly wider than allowed to wide, sizes that
-/// differ by up to a factor of four, overlaps from 1e-6 to half a radius, springs within and beyond
-/// their limits, and springs of grains without contact, in any units of length, mass and time.
+/// Returns a random state. Its units of length, mass and time are random. Its cell is sheared and
+/// rotated, and its width is between just allowed and wide. Radii differ by up to a factor of four.
+/// Overlaps are between 1e-6 and half a radius. Springs are loaded within and beyond their limits,
+/// and some belong to pairs without contact.
 RveState random_state(std::uint64_t seed)
 {
   Random random(seed);
@@ -44,8 +45,8 @@ RveState random_state(std::uint64_t seed)
   for (int i = 0; i < wanted; ++i) radius.push_back(length * random.uniform(1.0, spread));
   radius[0] = length * spread;
 
-  // The two vectors are at 40 to 140 degrees; the smaller width is slightly above the least allowed
-  // or larger.
+  // The cell vectors are at an angle of 40 to 140 degrees. In half of the states one width is just
+  // above the least allowed width.
   const double turn = random.uniform(0.0, 2.0 * M_PI), angle = random.uniform(0.7, 2.44);
   const double least = 4.0 * radius[0] + 0.3 * length * spread;
   const double across = least * (random.integer(0, 1) ? 1.001 : random.uniform(1.001, 4.0)),
@@ -54,8 +55,8 @@ RveState random_state(std::uint64_t seed)
   state.cell = Tensor2{{a * std::cos(turn), b * std::cos(turn + angle), a * std::sin(turn),
                         b * std::sin(turn + angle)}};
 
-  // Each grain touches an earlier one with its own overlap and overlaps no other by more than
-  // `most`.
+  // Each grain touches an earlier grain with a random overlap. No overlap exceeds `most` times the
+  // smaller radius.
   const double most = magnitude(-6.0, std::log10(0.45));
   std::vector<std::uint64_t> fractional;
   const Tensor2 to_fraction = inverse(state.cell);
@@ -181,15 +182,15 @@ TEST_P(RandomStates, ResultsAreThoseOfAllPairsAndAllImages)
     contacts += result.num_contacts;
     sliding += static_cast<int>(std::lround(result.sliding_fraction * result.num_contacts));
   }
-  // The counts show that the states have the intended contacts.
+  // The states must have enough contacts and enough sliding contacts for a significant test.
   EXPECT_GE(contacts, 20 * NUM_STATES);
   EXPECT_GE(sliding, 2 * NUM_STATES);
 }
 
 TEST_P(RandomStates, GrainsAtRestAreAcceleratedByTheForcesOfAllPairsAndAllImages)
 {
-  // At rest nothing moves before the first kick, c = dt F/m, so that one step shows the force on
-  // each grain.
+  // Grains at rest do not move before the first kick. After one step their velocities are c = dt
+  // F/m and give the force F on each grain.
   constexpr double DT = 0x1p-20;
   const Resolution resolution = Resolution::of(GetParam());
   for (std::uint64_t seed = 1; seed <= NUM_STATES; ++seed) {

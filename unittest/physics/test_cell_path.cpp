@@ -19,7 +19,8 @@ Tensor2 rotation_by(double angle)
   return {{std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)}};
 }
 
-/// Returns R(angle) U in `segments` pieces, as the host prepares it.
+/// Returns the increment with the deformation gradient R(angle) U in `segments` segments, as the
+/// host prepares it. U is the stretch.
 CellIncrement<2> increment_of(double angle, const Tensor2 &stretch, int segments)
 {
   return {rotation_by(angle) * stretch, rotation_by(angle / segments),
@@ -93,7 +94,7 @@ TEST(CellPath, ChordOfARotationIsShortByAnEighthOfTheSquaredAngleOfASegment)
     const double theta = angle / segments;
     double smallest = 1.0, largest = 0.0;
     for (int k = 1; k <= substeps; ++k) {
-      // Lengths relative to the rotation; the ratio of areas is their square.
+      // Length relative to the exact rotation. The ratio of the areas is its square.
       const double length = std::sqrt(determinant(path.cell(k)) / determinant(CELL));
       smallest = std::fmin(smallest, length);
       largest = std::fmax(largest, length);
@@ -101,7 +102,7 @@ TEST(CellPath, ChordOfARotationIsShortByAnEighthOfTheSquaredAngleOfASegment)
 
     EXPECT_GE(smallest, 1.0 - theta * theta / 8.0 - 1e-14) << segments;
     EXPECT_LE(smallest, 1.0 - 0.9 * theta * theta / 8.0)
-        << segments;    // the bound is reached at the middle of a chord
+        << segments;    // the error is largest at the middle of a chord
     EXPECT_LE(largest, 1.0 + 1e-14);
   }
 }
@@ -124,8 +125,8 @@ TEST(CellPath, RotationAndStretchAreCombinedAtTheKnots)
 
 TEST(CellPath, StaysWithinAnEighthOfTheSquaredStrainOfTheExponential)
 {
-  // Shear with constant L has exp(L t) = 1 + L t; for dilation the chord lies above the
-  // exponential.
+  // Simple shear has exp(L t) = 1 + L t, so that its chord is exact. The chord of an extension lies
+  // above the exponential.
   for (const double strain : {0.02, 0.01}) {
     const Tensor2 deformation{{std::exp(strain), 0.0, 0.0, std::exp(-strain)}};
     CellPath<2> path(CELL, {deformation, Tensor2::identity(), deformation - Tensor2::identity(), 1},

@@ -74,8 +74,7 @@ TYPED_TEST(ContactOfTwoDisks, OverlapNormalAndDistanceAreThoseOfTheBranch)
     ASSERT_NEAR(contact.distance, distance, 4.0 * epsilon<TypeParam>() * distance);
     ASSERT_NEAR(contact.normal[0], std::cos(angle), 4.0 * epsilon<TypeParam>());
     ASSERT_NEAR(contact.normal[1], std::sin(angle), 4.0 * epsilon<TypeParam>());
-    // The error has the rounding of the branch and of R^2 - d^2 in Wide, and of the quotient in
-    // Real.
+    // The branch and R^2 - d^2 are rounded in Wide, the quotient in Real.
     const double wide_epsilon = std::numeric_limits<Wide>::epsilon();
     ASSERT_NEAR(contact.overlap, overlap,
                 4.0 * wide_epsilon * sum + 8.0 * epsilon<TypeParam>() * overlap);
@@ -211,7 +210,8 @@ TYPED_TEST(ContactOfTwoDisks, ForcesRotateWithTheFrame)
 
   const auto straight = force_at(0.0), turned = force_at(1.1);
 
-  // fp32 positions limit the overlap to sum * epsilon; all other errors are roundings.
+  // A branch in Wide gives the overlap an error of sum * epsilon. All other errors are roundings in
+  // Real.
   const double error =
       1e6 * sum * std::numeric_limits<Wide>::epsilon() * 4.0 + 40.0 * epsilon<TypeParam>() * 16.0;
   EXPECT_NEAR(turned.force[0],
@@ -260,8 +260,8 @@ TYPED_TEST(ContactOfTwoDisks, TorquesAndCoupleOfForcesConserveAngularMomentum)
 
     const auto f = evaluate(law, contact, i, j, Tensor<Real, 2>::zero(), 0, Real(1e-5));
 
-    // Forces f on i and -f on j at the distance b have the couple -b x f, which the torques with
-    // the contact arms balance.
+    // The forces f on i and -f on j act at the distance b and have the couple -b x f. The torques
+    // with lever arms to the contact point balance it.
     const double couple = -static_cast<double>(cross(contact.branch, f.force));
     ASSERT_NEAR(f.torque_i + f.torque_j + couple, 0.0, 100.0 * 0.009 * 8.0 * epsilon<TypeParam>());
   }
@@ -282,7 +282,8 @@ TYPED_TEST(ContactOfTwoDisks,
   const auto i = motion(0.3, -0.2, 0.005);
   const auto j =
       motion(0.3 + static_cast<double>(branch[0]), -0.2 + static_cast<double>(branch[1]), 0.004);
-  // The same rotation as a mean field has no peculiar velocity, and L = spin.
+  // The same rotation as a mean field: the velocity gradient is the spin tensor, and the peculiar
+  // velocities are zero.
   const DiskMotion<Real> carried_i{{{0, 0}}, Real(w), Real(0.005)},
       carried_j{{{0, 0}}, Real(w), Real(0.004)};
   const Tensor<Real, 2> rotation{{0, Real(-w), Real(w), 0}};
@@ -334,8 +335,8 @@ TYPED_TEST(ContactOfTwoDisks, RelativeVelocityAcrossThePeriodicBoundaryIsTheGrad
   }
   xi = cell * xi;
   xj = cell * xj;
-  // (20a) with period shifts: the image of j is one cell vector further in both directions and
-  // moves with L H (1, 1).
+  // Equation (20a) with period shifts: the image of j is shifted by both cell vectors, H (1, 1),
+  // and has the additional velocity L H (1, 1).
   const Vec<double, 2> period = cell * Vec<double, 2>{{1.0, 1.0}};
   const Vec<double, 2> expected = (gradient * xj + gradient * period) - gradient * xi;
   const Vec<double, 2> image_branch = (xj + period) - xi;
@@ -366,8 +367,8 @@ TYPED_TEST(ContactOfTwoDisks, DashpotsAreThoseOfLammpsHookeWithVelocityDamping)
     const double angle = random.uniform(0.0, 2.0 * PI), d = 0.0089;
     const DiskMotion<Real> i{{{Real(vi[0]), Real(vi[1])}}, Real(wi), Real(0.005)};
     const DiskMotion<Real> j{{{Real(vj[0]), Real(vj[1])}}, Real(wj), Real(0.004)};
-    // LAMMPS (granular_model.cpp) has n from j to i, vr = vi - vj, and the force on i is Fntot n +
-    // fs; dt = 0 leaves the spring unstretched.
+    // In LAMMPS (granular_model.cpp), n points from j to i, vr = vi - vj, and the force on i is
+    // Fntot n + fs. The time step of zero leaves the spring unstretched.
     const double n[2] = {-std::cos(angle), -std::sin(angle)};
     const double vr[2] = {vi[0] - vj[0], vi[1] - vj[1]};
     const double vnnr = vr[0] * n[0] + vr[1] * n[1];
@@ -382,8 +383,8 @@ TYPED_TEST(ContactOfTwoDisks, DashpotsAreThoseOfLammpsHookeWithVelocityDamping)
         Vec<Wide, 2>{{Wide(d * std::cos(angle)), Wide(d * std::sin(angle))}}, Wide(0.009));
     const auto result = evaluate(law, contact, i, j, Tensor<Real, 2>::zero(), 0, Real(0));
 
-    // The spring force is 100 N at an overlap that fp32 resolves to 1e-9 m; all other errors are
-    // roundings.
+    // The spring force of 100 N has the rounding error of the overlap, which fp32 resolves to 1e-9
+    // m. All other errors are roundings in Real.
     const double error = kn * 0.009 * 8.0 * std::numeric_limits<Wide>::epsilon() +
         100.0 * 16.0 * epsilon<TypeParam>();
     ASSERT_NEAR(result.force[0], normal_total * n[0] + fs[0], error);

@@ -49,7 +49,8 @@ TEST(Kick, IsEquationThreeWithTheDampingOfEquationFour)
   for (int sample = 0; sample < 10000; ++sample) {
     const double v = random.uniform(-1.0, 1.0), a = random.uniform(-1000.0, 1000.0);
     const double alpha = random.uniform(0.0, 0.99), dt = random.uniform(1e-5, 5e-3);
-    // (4) with the velocity at the full step, (3a) with the damped force; the mass is 1.
+    // Equation (4) with the velocity at the full step, then equation (3a) with the damped force.
+    // The mass is 1.
     const double full_step = v + a * dt / 2.0;
     const double damped = a -
         alpha * std::fabs(a) *
@@ -99,7 +100,7 @@ TEST(Kick, CollisionWithoutDampingReturnsTheSpeed)
 
 TEST(Kick, CollisionWithLocalDampingReturnsRootOfOneMinusAlphaOverOnePlusAlpha)
 {
-  // On approach the spring decelerates with 1 + alpha, on rebound it accelerates with 1 - alpha.
+  // Damping multiplies the spring force by 1 + alpha on approach and by 1 - alpha on rebound.
   for (const double alpha : {0.1, 0.3, 0.7})
     EXPECT_NEAR(rebound(alpha, 20000), std::sqrt((1.0 - alpha) / (1.0 + alpha)), 1e-3)
         << "alpha " << alpha;

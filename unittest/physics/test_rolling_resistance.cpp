@@ -24,7 +24,7 @@ constexpr double NORMAL_FORCE = 20.0;
 constexpr double LIMIT = FRICTION * NORMAL_FORCE;
 constexpr double DT = 1e-4;
 
-/// Makes a step from the rolling force `force`.
+/// Makes one step. `force` is the rolling force before it.
 auto roll(double force, const DiskMotion<double> &i, const DiskMotion<double> &j,
           double normal_force)
 {
@@ -280,10 +280,14 @@ TYPED_TEST(LawWithRolling, CoefficientOfZeroGivesTheBitsOfTheLawWithoutRolling)
   }
 }
 
-// LAMMPS in three dimensions (granular_model.cpp, gran_sub_mod_rolling.cpp) has relrot = omega_i -
-// omega_j, v = R relrot x n with n from j to i, the displacement xi += v dt, fr = -k xi of at most
-// mu f, and the torque R n x fr on i and the opposite one on j. f is the normal force or, for dmt,
-// that of the springs and the attraction together.
+// In three dimensions, LAMMPS (granular_model.cpp, gran_sub_mod_rolling.cpp) computes in this
+// order:
+//   relrot = omega_i - omega_j
+//   v = R relrot x n, where n points from j to i
+//   xi += v dt
+//   fr = -k xi, limited to mu f
+//   torque on i = R n x fr, torque on j = -R n x fr
+// f is the normal force. For dmt it is the sum of the spring force and the attraction.
 TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
 {
   Random random(5);
@@ -296,7 +300,8 @@ TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
     const double n[2] = {-static_cast<double>(contact.normal[0]),
                          -static_cast<double>(contact.normal[1])};
     const double relrot = static_cast<double>(s.i.spin) - static_cast<double>(s.j.spin);
-    // Our history is the displacement along relrot x n = relrot (-n_y, n_x).
+    // In the plane, relrot x n = relrot (-n_y, n_x). Our history is the rolling force along this
+    // direction, with the opposite sign of xi.
     const double t[2] = {-n[1], n[0]};
     const double xi_before = -static_cast<double>(s.history.turning.rolling) / k_r;
     double fr[2];
@@ -320,7 +325,7 @@ TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
         law.resistance
             .advance(0, 0, s.history.turning, {}, {}, s.i, s.j, law.limiting_force(result), s.dt)
             .moment;
-    // The error is relative to the terms of the sum, which may cancel.
+    // The error is relative to the sizes of the terms, since the terms may cancel.
     const double error = 16.0 * std::numeric_limits<typename TestFixture::Real>::epsilon() *
         reduced * (std::fabs(static_cast<double>(s.history.turning.rolling)) + size + critical);
     ASSERT_NEAR(static_cast<double>(moment), torque_on_i, error);

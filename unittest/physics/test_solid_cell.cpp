@@ -29,7 +29,7 @@ Tensor3 random_cell(Random &random, double shear)
   return Tensor3::identity() + random_tensor(random, shear);
 }
 
-/// Returns the eigenvalues of a symmetric tensor by Jacobi's rotations, in ascending order.
+/// Returns the eigenvalues of a symmetric tensor in ascending order, by Jacobi rotations.
 std::array<double, 3> eigenvalues(Tensor3 c)
 {
   for (int sweep = 0; sweep < 30; ++sweep)
@@ -154,15 +154,15 @@ TEST(LatticeReductionInSpace, LeavesNoNarrowCell)
     least = std::min(least, relative_width(reduced(cell)));
   }
 
-  // A Minkowski-reduced cell has 1/sqrt(2), less the margins; pairwise reduction leaves cells of
-  // 0.13.
+  // The relative width of a Minkowski-reduced cell is at least 1/sqrt(2), minus the margins of the
+  // reduction. A pairwise reduction would leave cells with 0.13.
   EXPECT_GT(least, 0.62);
 }
 
 TEST(LatticeReductionInSpace, ReducesThreeNearlyCoplanarVectors)
 {
-  // The vector a + b + c is short: three obtuse angles of -1/2 each make a cell without width that
-  // pairwise reduction does not detect.
+  // The three angles between the vectors are obtuse, with a cosine of nearly -1/2, and a + b + c is
+  // short. Pairwise reduction does not detect that this cell is nearly flat.
   const double h = 0.2, s = std::sqrt(0.75);
   const Tensor3 flat{{1.0, -0.5, -0.5, 0.0, s, -s, h, h, h}};
   ASSERT_LT(smallest_width(flat), 0.56);    // the vectors are longer than 1
@@ -182,7 +182,7 @@ TEST(LatticeReductionInSpace, DoesNotFlipBackAndForth)
   Random random(5);
   for (int sample = 0; sample < 500; ++sample) {
     Tensor3 cell = reduced(random_cell(random, 1.0));
-    // Small shears alternate about the final cell of the reduction.
+    // Small strains of alternating sign are applied to the reduced cell.
     for (int k = 0; k < 4; ++k) {
       const Tensor3 sheared = cell + ((k % 2 ? 1e-3 : -1e-3) * random_tensor(random, 1.0));
       const auto first = lattice_step(sheared);

@@ -71,8 +71,8 @@ Vec<Real, 3> turned_by(const Vec<Real, 3> &force, const Vec<Real, 3> &normal,
   return turned_with_contact(force, normal, middle_normal(normal, turn), turn.twist, moves).sum();
 }
 
-/// Returns the force after step k of a rotation of a contact about `axis` by `angle` per step, with
-/// velocities at the middle of the step.
+/// Returns the force after step k, in which the contact rotates by `angle` about `axis`. The
+/// velocities are those at the middle of the step.
 Vector turned(const Vector &force, const Vector &normal, const Vector &axis, double angle, int k)
 {
   const Vector now = rotated(normal, axis, angle * k),
@@ -81,8 +81,8 @@ Vector turned(const Vector &force, const Vector &normal, const Vector &axis, dou
   return turned_by(force, now, turn, true);
 }
 
-/// Returns the largest error of a force that rotates with a contact in a rigid rotation about
-/// `axis` by `angle` in `steps` steps.
+/// Rotates a contact rigidly by `angle` about `axis` in `steps` steps. Returns the relative error
+/// of the tangential force at the end.
 double error_of_turn(const Vector &axis, const Vector &normal, const Vector &force, double angle,
                      int steps)
 {
@@ -129,8 +129,8 @@ TEST(TurnedForce, FollowsARigidRotationAboutAnyAxis)
     const double coarse = error_of_turn(axis, normal, force, 2.0 * PI, 2000),
                  fine = error_of_turn(axis, normal, force, 2.0 * PI, 4000);
 
-    // The rotation is a whole turn; the angle of a step is 3.1e-3, whose square, about 1e-5,
-    // remains as error.
+    // The rotation is a whole turn in steps of 3.1e-3 rad. The error is the square of this angle,
+    // about 1e-5.
     EXPECT_LT(coarse, 2e-5);
     EXPECT_LT(fine, 0.3 * coarse + 1e-12);
   }
@@ -138,8 +138,8 @@ TEST(TurnedForce, FollowsARigidRotationAboutAnyAxis)
 
 TEST(TurnedForce, RotatesAboutTheNormalToo)
 {
-  // A projection alone omits this rotation: the contact does not move, and the force rotates with
-  // the spin of both grains.
+  // The contact does not move, and both grains spin about its normal. The force rotates with them,
+  // which a projection alone would omit.
   const Vector normal{{0.0, 0.0, 1.0}}, force{{1.0, 0.0, 0.0}};
 
   EXPECT_LT(error_of_turn(normal, normal, force, 0.5 * PI, 1000), 2e-6);
@@ -156,7 +156,7 @@ TEST(TurnedForce, KeepsItsLength)
     const int steps = 10000;
     for (int k = 1; k <= steps; ++k) h = turned(h, normal, axis, 1e-3, k);
 
-    // The error is the third power of the angle of 1e-3 of each step, by tilt and twist together.
+    // Tilt and twist together have an error of third order in the angle of a step, 1e-3.
     EXPECT_NEAR(length(h) / before, 1.0, steps * 1e-9);
   }
 }
@@ -201,7 +201,7 @@ TEST(SphereContact, HasNoSlipInARigidRotation)
   for (int sample = 0; sample < 100; ++sample) {
     Pair pair = random_pair(random);
     const Vector w = random_vector<double>(random, 1.0);
-    // Grains and the mean field rotate alike, without peculiar velocity.
+    // Grains and mean field rotate with the same spin. The peculiar velocities are zero.
     const Tensor<double, 3> turning{{0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0}};
     pair.i.velocity = pair.j.velocity = Vector::zero();
     pair.i.spin = pair.j.spin = w;
@@ -217,7 +217,8 @@ TEST(SphereContact, HasNoSlipInARigidRotation)
     EXPECT_LT(length(turn.tilt - dt * cross(w, pair.contact.normal)), 1e-15 * dt);
     EXPECT_NEAR(turn.twist, dt * dot(w, pair.contact.normal), 1e-15 * dt);
 
-    // With LAMMPS' lever arms, which are the whole radii, the surfaces have a relative velocity.
+    // The lever arms of LAMMPS are the whole radii. With them the surfaces have a relative
+    // velocity.
     const auto lammps =
         SphereContact<double>::of<true>(pair.contact, pair.i, pair.j, turning, 0.0, 0.0);
     const double sideways = length(cross(w, pair.contact.normal));
@@ -352,7 +353,7 @@ TYPED_TEST(VectorSpringOf, DissipatesTheWorkThatItDoesNotStore)
   const int steps = 20000;
   Vec<Real, 3> velocity = Vec<Real, 3>::zero();
   for (int k = 0; k < steps; ++k) {
-    // The path has many small steps with slow changes of direction.
+    // The steps are small, and the direction changes every 500 steps.
     if (k % 500 == 0) velocity = random_vector<Real>(random, 0.01 * LIMIT / (STIFFNESS * DT));
     const auto result = this->spring.advance(h, velocity, Real(NORMAL_FORCE), Real(DT));
     const Vector mean = 0.5 * (h.template as<double>() + result.spring.template as<double>());
@@ -362,7 +363,8 @@ TYPED_TEST(VectorSpringOf, DissipatesTheWorkThatItDoesNotStore)
     h = result.spring;
   }
 
-  // The force at the end of a step replaces its mean: a step is 1 % of the limit.
+  // The dissipation uses the force at the end of a step instead of the mean force. The error is 1
+  // %, since a step changes the force by 1 % of the limit.
   EXPECT_GT(dissipation, 10.0 * energy_of_spring(h, this->spring.stiffness));
   EXPECT_NEAR(work, dissipation + energy_of_spring(h, this->spring.stiffness), 0.01 * work);
 }
@@ -380,7 +382,7 @@ TYPED_TEST(VectorSpringOf, DashpotActsBesideTheSpringUnderTheSameLimit)
   EXPECT_NEAR(sticking.force[0], STIFFNESS * DT * velocity[0] + 50.0 * velocity[0], 4 * epsilon);
   EXPECT_NEAR(sticking.spring[0], STIFFNESS * DT * velocity[0], 4 * epsilon);
   EXPECT_NEAR(sliding.force[0], LIMIT, 4 * epsilon * LIMIT);
-  // The spring begins the next step with the limit less the force of the dashpot.
+  // The stored spring force is the limit minus the force of the dashpot.
   EXPECT_NEAR(sliding.spring[0], LIMIT - 50.0 * along_x<Real>(3.0)[0], 64 * epsilon * LIMIT);
 }
 
@@ -447,7 +449,7 @@ TYPED_TEST_SUITE(SphereLaw, SphereLaws);
 
 TYPED_TEST(SphereLaw, HistoriesRotateWithARigidRotationAboutAnyAxis)
 {
-  // The rotations are about the normal, an axis across it, and random axes.
+  // The first rotation is about the normal, the others are about random axes.
   const auto law = law_of<TypeParam>(sphere_material());
   Random random(10);
   for (int sample = 0; sample < 12; ++sample) {
@@ -468,7 +470,7 @@ TYPED_TEST(SphereLaw, HistoriesRotateWithARigidRotationAboutAnyAxis)
     pair.i.velocity = pair.j.velocity = Vector::zero();
     auto after = before;
     for (int k = 1; k <= steps; ++k) {
-      // The relative velocity is that at the middle of the step, as in the engine.
+      // As in the engine, the relative velocity belongs to the middle of the step.
       pair.branch = (2.0 * RADIUS - 1e-4) * rotated(normal, axis, 2.0 * k / steps);
       const Vector middle = (2.0 * RADIUS - 1e-4) * rotated(normal, axis, 2.0 * (k - 0.5) / steps);
       pair.j.velocity = cross(w, middle) - turning * pair.branch;
@@ -535,7 +537,8 @@ TEST(SphereRolling, ResistsRollingAboutAxesAcrossTheNormalOnly)
   const double dt = 1e-6, reduced_radius = 0.5 * RADIUS;
   pair.j.spin = {{0.0, 3.0, 4.0}};
   const auto rolled = evaluate(law, pair.contact(), pair.i, pair.j, STILL, {}, dt).turned;
-  // The moment is R^2 k_r times the relative rotation and drives the first sphere.
+  // The moment is R^2 k_r times the relative rotation. Its sign is such that it drives the first
+  // sphere.
   const double moment = reduced_radius * reduced_radius * 4e5 * dt;
   EXPECT_NEAR(rolled.moment[0], 0.0, 1e-12 * moment);
   EXPECT_NEAR(rolled.moment[1], 3.0 * moment, 1e-12 * moment);
@@ -564,9 +567,9 @@ TEST(SphereRolling, MomentsEndAtTheirLimits)
 
 TEST(SphereRolling, ReducesASpinAtItsLimit)
 {
-  // Two spheres, pressed on each other without friction, spin in opposite directions. The spin of
-  // both decreases by M t / I, by rolling about an axis across the normal and by twisting about the
-  // normal.
+  // Two spheres are pressed on each other without friction and spin in opposite directions. They
+  // roll about an axis perpendicular to the normal, or twist about the normal. Both spins decrease
+  // by M t / I, with the limiting moment M and the inertia I.
   Material material = sphere_material();
   material.friction = 0.0;
   const auto law = law_of<RollingSpheres>(material);
@@ -586,8 +589,8 @@ TEST(SphereRolling, ReducesASpinAtItsLimit)
       pair.i.spin = pair.i.spin + (dt / inertia) * answer.torque_i;
       pair.j.spin = pair.j.spin + (dt / inertia) * answer.torque_j;
     }
-    // Until the limit is reached the moment grows along a quarter of a wave, which delays the loss
-    // by half of that time.
+    // The moment needs some time to grow to its limit. The loss of spin is delayed by half of this
+    // time.
     EXPECT_LT(length(pair.i.spin - (0.5 * begin) * axis), 0.01 * begin);
     EXPECT_LT(length(pair.i.spin + pair.j.spin), 1e-12 * begin);
   }
@@ -607,7 +610,7 @@ TEST(SphereRolling, DashpotsActBesideTheSpringsUpToTheLimits)
   EXPECT_NEAR(below.moment[0], 50.0 * (2.0 * dt + 1e-5), 1e-12 * force);
   EXPECT_NEAR(below.moment[1], 3.0 * rolling, 1e-12 * rolling);
   EXPECT_NEAR(below.moment[2], 4.0 * rolling, 1e-12 * rolling);
-  // The force of a dashpot is not stored.
+  // The history does not contain the moment of the dashpot.
   EXPECT_NEAR(below.history.twisting, 50.0 * 2.0 * dt, 1e-15);
   EXPECT_NEAR(length(below.history.rolling), reduced_radius * 5.0 * 4e5 * dt, 1e-12);
 
@@ -617,7 +620,7 @@ TEST(SphereRolling, DashpotsActBesideTheSpringsUpToTheLimits)
   EXPECT_NEAR(beyond.moment[0], 2e-4 * force, 1e-12 * force);
   EXPECT_NEAR(beyond.moment[1], 0.6 * limit, 1e-12 * limit);
   EXPECT_NEAR(beyond.moment[2], 0.8 * limit, 1e-12 * limit);
-  // The spring has the limit less the dashpot.
+  // The stored spring moment is the limit minus the moment of the dashpot.
   EXPECT_NEAR(beyond.history.twisting, 2e-4 * force - 1e-5 * 1e3, 1e-12 * force);
 }
 
@@ -668,7 +671,8 @@ TEST(SphereTwisting, MarshallTwistingKeepsTheAngleUnderCompression)
         .turned.moment[0];
   };
   const auto springs = law_of<RollingSpheres>(material);
-  // The stiffnesses are k_t R d/2, and k_t a^3/2 for Hertz' contact.
+  // The twisting stiffness is k_t R d/2 for linear springs and k_t a^3/2 for Hertz' contact, with
+  // the reduced radius R, the overlap d and the contact radius a.
   const double linear = 0.5 * 0.8e6 * 0.5 * RADIUS * 4e-5 * angle;
   EXPECT_NEAR(moment_of(springs, 2e-5, 4e-5), linear, 1e-9 * linear);
   EXPECT_NEAR(moment_of(springs, 8e-5, 4e-5), linear, 1e-9 * linear);
@@ -705,8 +709,8 @@ TEST(SphereHertz, PressesWithThePowerThreeHalvesOfTheOverlap)
 
 TEST(SphereHertz, TangentialForceFollowsTheVariant)
 {
-  // The contact is loaded tangentially and then pressed and released to the previous contact radius
-  // and to half of it.
+  // The contact is loaded tangentially. Then it is either pressed to twice its contact radius or
+  // released to half of it.
   const double deep = 1e-4, loaded[] = {0.3, 0.4};
   const double growth = 2.0, shrinkage = 0.5;    // ratios of contact radii
   const struct {
@@ -751,7 +755,7 @@ TEST(SphereDmt, PullOffForceIsFourPiTimesSurfaceEnergyAndReducedRadius)
     EXPECT_NEAR(force.limiting_force, spring + pull_off, 1e-12 * (spring + pull_off));
   }
   EXPECT_NEAR(strongest, -pull_off, 1e-8 * pull_off);
-  // Without load, the overlap is that of the balance of spring force and attraction.
+  // At this overlap, spring force and attraction balance.
   const double rest = std::pow(pull_off / (1e9 * std::sqrt(0.5 * RADIUS)), 2.0 / 3.0);
   EXPECT_NEAR(law.spring_force({rest, RADIUS, RADIUS}), 0.0, 1e-12 * pull_off);
 }

@@ -64,7 +64,7 @@ TEST(LinearTangential, ReversedLoadUnloadsTheSpringAndSlidesTheOtherWay)
     spring = FRICTIONAL.advance(spring, velocity_for(0.1), NORMAL_FORCE, DT).spring;
   ASSERT_EQ(spring, LIMIT);
 
-  // Equation (14) as printed adds magnitudes: its force would stay at the limit.
+  // Equation (14) of the paper adds magnitudes. As printed, it would keep the force at the limit.
   for (int k = 1; k <= 19; ++k) {
     const auto shear = FRICTIONAL.advance(spring, -velocity_for(0.1), NORMAL_FORCE, DT);
     EXPECT_NEAR(shear.force, LIMIT * (1.0 - 0.1 * k), 1e-13 * LIMIT)
@@ -124,16 +124,17 @@ TEST(LinearTangential, WorkIsStoredOrLostInSliding)
 
   ASSERT_GT(onsets, 8);    // the contact sticks and slides in both directions
   ASSERT_GT(lost, 100.0 * LIMIT * LIMIT / STIFFNESS);
-  // The mean of two forces is exact except in a step in which sliding begins, where its error is at
-  // most (k v dt)^2 / 8k.
+  // The work uses the mean of the forces before and after a step. This is exact except in a step in
+  // which sliding begins. The error of such a step is at most (k v dt)^2 / 8k, with the stiffness k
+  // and the velocity v.
   const double slip = STIFFNESS * amplitude * DT;
   EXPECT_NEAR(work, stored + lost, onsets * slip * slip / (8.0 * STIFFNESS) + 1e-12 * lost);
 }
 
 TEST(LinearTangential, DashpotSharesTheLimitAsInLammps)
 {
-  // LAMMPS' pair granular, tangential linear_history, transcribed: the history is a displacement
-  // that the force opposes.
+  // This is a transcript of tangential linear_history of pair granular in LAMMPS. Its history is a
+  // displacement, which the force opposes.
   Random random(5);
   const LinearTangential<double, double, true> law{STIFFNESS, FRICTION, 40.0};
   double spring = 0.0, displacement = 0.0;

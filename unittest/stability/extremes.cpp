@@ -25,8 +25,8 @@ namespace {
 
   constexpr double RADIUS = 0.005;    // radius of grains in lattices [m]
 
-  // Limit of the overlap over the smaller radius. It exceeds the default of 0.5, since the list of
-  // extremes requires 0.3 of the diameter.
+  // Limit of the overlap divided by the smaller radius. It exceeds the default of 0.5, since the
+  // scenes have overlaps of up to 0.3 diameters.
   constexpr double OVERLAP_LIMIT = 0.65;
 
   // ---- packings and lattices of disks and spheres -----------------------------------------------
@@ -63,7 +63,8 @@ namespace {
     return made;
   }
 
-  /// Returns 0.45 of the bound of the packing, which for disks is that of the paper [s].
+  /// Returns 0.45 of the largest stable time step of packing() [s]. For disks this is the time step
+  /// of the paper.
   template <int D> double time_step()
   {
     static const double step = D == 2 ? 5e-5 : 0.45 * stable_time_step(packing<D>());
@@ -78,7 +79,7 @@ namespace {
     return state;
   }
 
-  /// Returns a triangular lattice, or a face-centred cubic one along the axes; `overlap` is
+  /// Returns a triangular lattice of disks or a face-centred cubic lattice of spheres. `overlap` is
   /// relative to the diameter.
   template <int D> RveStateOf<D> lattice(const Material &material, double overlap)
   {
@@ -94,8 +95,8 @@ namespace {
                   : face_centred_pressure(material, RADIUS, overlap * 2.0 * RADIUS);
   }
 
-  /// Returns the stress of a small strain of a lattice. Each grain is a centre of symmetry, so that
-  /// grains move with the mean field.
+  /// Returns the change of stress of a lattice under a small strain. The strain is affine, since
+  /// each grain is a centre of symmetry.
   Tensor2 stress_of_strain(const RveState &lattice, const Tensor2 &strain)
   {
     return affine_stiffness(lattice)(strain);
@@ -222,7 +223,7 @@ namespace {
     return std::sqrt(dot(x, x));
   }
 
-  /// Returns Love's stress from contacts that do not come from the engine's list.
+  /// Returns Love's stress. The host finds the contacts without the list of the engine.
   template <int D> Tensor<double, D> contact_stress(const RveStateOf<D> &state)
   {
     const Histories<D> histories = histories_by_pair(state);
@@ -240,8 +241,8 @@ namespace {
     return norm(trace.last().stress - contact_stress(trace.end)) / pressure;
   }
 
-  /// Returns the error of the stress relative to the final pressure; that of a packing without
-  /// contacts must be exactly zero.
+  /// Returns the error of the stress divided by the final pressure. A packing without contacts must
+  /// have a stress of exactly zero.
   template <int D> double stress_error(const Trace<D> &trace)
   {
     const double pressure = trace.last().mean_stress();
@@ -257,7 +258,7 @@ namespace {
 
   template <int D> void overlaps(Scenes<D> &scenes)
   {
-    // At 0.3 the second neighbours of a cubic array touch too.
+    // The largest overlap of spheres is 0.25, since second neighbours touch too at 0.3.
     for (const double overlap : {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, D == 2 ? 0.3 : 0.25}) {
       const RveStateOf<D> state = lattice<D>(grain_material<D>(), overlap);
       const double dt = 0.5 * stable_time_step(state);
@@ -336,7 +337,8 @@ namespace {
 
   template <int D> void size_ratios(Scenes<D> &scenes)
   {
-    // Spheres as small as these would be too many around the largest one.
+    // Ratios of spheres are smaller than those of disks, since too many small spheres would touch
+    // the largest one.
     for (const double ratio : {1.0, 2.0, D == 2 ? 5.0 : 4.0, D == 2 ? 10.0 : 6.5}) {
       PackingRecipe recipe;
       recipe.material = grain_material<D>();
@@ -412,7 +414,8 @@ namespace {
             double most = energy(trace.first());
             for (const ResultOf<D> &result : trace.results) most = std::max(most, energy(result));
             const double gain = (most - energy(trace.first())) / trace.first().kinetic_energy;
-            // At a tenth of the bound, 10,000 steps are 20 passages of a wave across the cell.
+            // Shorter steps do not suffice to come to rest. With steps of a tenth of the bound, a
+            // wave crosses the cell 20 times in 10,000 steps.
             return share < 0.1 ? gain : std::max(gain, trace.last().unbalanced_ratio);
           },
           {AdviceKind::LongTimeStep}};
@@ -456,15 +459,16 @@ namespace {
                           const Vec<double, D> expected =
                               (material.tangential_stiffness * length_of(contact.branch)) *
                               (stretched - dot(n, stretched) * n);
-                          // A normal in single precision leaves the last digits of the force along
-                          // it.
+                          // A normal in single precision leaves a small part of the tangential
+                          // force along the normal.
                           const Vec<double, D> difference =
                               tangential_force(after, contact) - tangential_force(before, contact);
                           const Vec<double, D> change = difference - dot(n, difference) * n;
                           error += length_of(change - expected);
                           size += length_of(expected);
                         }
-                        // The largest strain rotates normals by 2e-3.
+                        // The strain rotates the normals, by up to 2e-3 rad. This part of the error
+                        // is subtracted.
                         return std::max(0.0, error / size - 4.0 * strain);
                       },
                       {AdviceKind::SlowStrain, AdviceKind::FastStrain}};
@@ -498,7 +502,7 @@ namespace {
   {
     // The rate is 0.2/s for disks and about 1/s for spheres, an inertial number of about 1e-3.
     const int calls = share_of(2000, length, 1);
-    const double shear = D == 2 ? 5e-3 : 1e-3;    // less time than for disks
+    const double shear = D == 2 ? 5e-3 : 1e-3;    // smaller, to save time
     scenes.push_back({"simple shear",
                       "shear strain",
                       shear * calls,
@@ -553,9 +557,10 @@ namespace {
          25});
   }
 
-  // Chords cost 1.7e-4 for disks and 6e-4 for spheres (doc/src/stability.rst). Single-precision
-  // spins add less than 1e-6 per turn. Tangential forces of spheres rotate step by step: rotations
-  // by 8e-3 rad, which chords allow, would add 4e-4 per turn; those by 8e-4 add 2e-6.
+  // The cell rotates along chords, which changes the stress by 1.7e-4 for disks and 6e-4 for
+  // spheres (doc/src/stability.rst). Spins in single precision add less than 1e-6 per turn.
+  // Tangential forces of spheres rotate step by step. Steps of 8e-3 rad would add 4e-4 per turn;
+  // steps of 8e-4 rad, as here, add 2e-6.
   template <int D> void rotations(Scenes<D> &scenes, double length)
   {
     const int steps_per_quarter = D == 2 ? 200 : 2000, quarters = 4 * share_of(1000, length, 1);
@@ -581,7 +586,8 @@ namespace {
 
   template <int D> void cycles(Scenes<D> &scenes, double length)
   {
-    // All contacts stick, so that the remainder of a cycle is the error of the integrator.
+    // All contacts stick, so that a change of the stress after a cycle is an error of the
+    // integrator.
     RveStateOf<D> state = packing<D>();
     state.material.friction = 10.0;
     const int count = share_of(10000, length, 20), settled = 10;
@@ -604,7 +610,8 @@ namespace {
                       }});
   }
 
-  /// Returns the same state in units that are `length`, `mass` and `time` in the old ones.
+  /// Converts the state to other units. `length`, `mass` and `time` are the new units, measured in
+  /// the old ones.
   template <int D>
   RveStateOf<D> in_units(RveStateOf<D> state, double length, double mass, double time)
   {
@@ -633,8 +640,9 @@ namespace {
     const RveStateOf<D> old = packing<D>();
     const double size = 2.0 * mean_radius_of(old);
     const Material &m = old.material;
-    // The mass of a cube of the unit of length stays the same; the last case has units of grains
-    // and contacts.
+    // In the first three cases the unit of length gives the mean diameter a value of 1e-6, 1e-3 or
+    // 1, and the unit of mass keeps the value of the density. The last case uses the mean radius,
+    // the mean mass of a grain and k_n as units.
     std::vector<Units> all;
     for (const double wanted : {1e-6, 1e-3, 1.0}) {
       const double length = size / wanted;
@@ -671,9 +679,9 @@ namespace {
     }
   }
 
-  // A collision begins and ends between two steps, which adds or removes a random part of its
-  // energy. Errors grow as the root of the number of collisions: 1e-5 for a few of them and 1e-3
-  // for some ten thousand.
+  // A collision begins and ends between two steps. This adds or removes a random part of its
+  // energy. The error grows as the root of the number of collisions, from 1e-5 for a few collisions
+  // to 1e-3 for some ten thousand.
   template <int D> void few_grains(Scenes<D> &scenes, double length)
   {
     for (const int count : {2, 3, 10}) {
@@ -776,7 +784,8 @@ namespace {
                              : straight(isotropic<D>(1.0 / stretch), time_step<D>(), 500);
           },
           [](const Trace<D> &trace) {
-            // Moving grains that collide exert less than a thousandth of the initial pressure.
+            // Collisions of moving grains cause a pressure of less than a thousandth of the initial
+            // one.
             const double open =
                 std::max(0.0, norm(trace.results[20].stress) / trace.first().mean_stress() - 1e-3);
             return std::max(open, stress_error(trace, trace.first().mean_stress()));
@@ -791,7 +800,7 @@ namespace {
     int number;    // number in the engine
     double stable_dt;
     Trace<D> trace;
-    std::vector<Advice> advice;    // first advice of each kind that counts
+    std::vector<Advice> advice;    // first advice of each kind in Config::explained_by
     bool refused = false;
     bool untouched = true;    // false if the refused call changed the RVE
   };

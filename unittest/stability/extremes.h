@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The engine at the limits of its input: scenes of disks and of spheres, each with a property that
-// must hold. All scenes of a dimension are one batch.
+// Tests of the engine at the limits of its input. A scene is an RVE of disks or spheres with a
+// drive and a property that must hold. All scenes of a dimension run as one batch.
 //
-// A scene ends in one of four ways. `holds`: the property is met within its limit. `status`: the
-// engine refused the call and left the RVE unchanged. `warned`: the property is not met, and the
-// advice that a run prints names the reason. `silent`: a wrong number without a message, which is a
-// failure.
+// A scene ends with one of four verdicts:
+//   holds    the property is met within its limit
+//   status   the engine refused the call, as the scene allows, and left the RVE unchanged
+//   warned   the property is not met, and the printed advice names the reason
+//   silent   the property is not met and nothing is reported, which is a failure
 
 #pragma once
 
@@ -20,8 +21,8 @@ namespace rve_test {
 /// Recorded states and results of a scene.
 template <int D> struct Trace {
   rve::Format format;
-  rve::RveStateOf<D> start, middle, end;    ///< before, after Scene::middle_call, at the end
-  std::vector<rve::ResultOf<D>> results;    ///< of a call without steps, then of each call
+  rve::RveStateOf<D> start, middle, end;    ///< before, after Config::middle_call calls, at end
+  std::vector<rve::ResultOf<D>> results;    ///< results of a call without steps, then of each call
   const rve::ResultOf<D> &first() const { return results.front(); }
   const rve::ResultOf<D> &last() const { return results.back(); }
 };
@@ -35,7 +36,7 @@ template <int D> struct Config {
   rve::RveStateOf<D> state;
   int calls;
   std::function<rve::DriveOf<D>(int call)> drive;
-  /// deviation from the property, relative [-]
+  /// Returns the relative deviation from the property [-].
   std::function<double(const Trace<D> &)> deviation;
   std::vector<rve::AdviceKind> explained_by = {};    ///< advice that explains a deviation
   bool may_refuse = false;                           ///< a fatal status is acceptable
@@ -55,8 +56,8 @@ template <int D> struct Finding {
   long long steps = 0;
 };
 
-/// Returns the scenes; `length` in (0, 1] is the share of the ten million steps, thousand turns and
-/// so on.
+/// Returns the scenes. Long scenes make the share `length` in (0, 1] of their full length, for
+/// example of ten million steps or a thousand turns.
 template <int D> std::vector<Config<D>> extreme_scenes(double length);
 
 /// Runs the scenes on one engine as one batch, call by call. `engine_name` receives the description

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs the engine at the extremes, each number format as one batch, and writes the findings: a row
-// for each scene, and for each item the envelope of each format. doc/src/stability.rst shows the
-// file.
+// Runs the scenes of extremes.h in each number format and writes the findings to a file: a row for
+// each scene and format, and a row for each item and format with the values at which the property
+// holds. doc/src/stability.rst shows the file.
 //
 //   extremes_report <output.json> [--shape disk|sphere] [--device cpu|cuda|auto]
 //                   [--length percent] [--machine words]
@@ -64,8 +64,8 @@ std::string short_number(double value)
   return text;
 }
 
-/// Returns the values of the verdict, for example "1e-05 to 0.3, 0.9"; neighbours in the scene's
-/// list are joined.
+/// Returns the values that have the verdict, for example "1e-05 to 0.3, 0.9". Consecutive values of
+/// the list are written as a range.
 std::string ranges(const std::vector<std::pair<double, Verdict>> &values, Verdict verdict)
 {
   std::string words;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The engine at the limits of its input: properties hold, or a message says that they do not.
+// Tests the engine at the limits of its input: each property holds, or a message reports that it
+// does not.
 //
-// GPU_RVE_EXTREMES_LENGTH   percent of the ten million steps, thousand turns and so on, 0.1 to 100,
-// default 1
-// GPU_RVE_EXTREMES_DEVICE   cpu (default), cuda or auto
+// Environment variables:
+//   GPU_RVE_EXTREMES_LENGTH   length of long scenes in percent of the full length (ten million
+//                             steps, a thousand turns and so on), from 0.1 to 100, default 1
+//   GPU_RVE_EXTREMES_DEVICE   cpu (default), cuda or auto
 
 #include "stability/extremes.h"
 
@@ -48,7 +50,7 @@ template <int D> void expect_nothing_silently_wrong(Format format)
 
   for (const Finding<D> &finding : findings) {
     EXPECT_NE(finding.verdict, Verdict::Silent) << label(finding);
-    // Warnings are for limits of a format or a scheme, not for failures.
+    // Only the limits of a number format or of the time integration may end in a warning.
     if (finding.verdict == Verdict::Warned) {
       const std::string &item = finding.scene->item;
       EXPECT_TRUE(item == "time step" ||

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A 64-bit hash of the bits of numbers (FNV-1a over bytes): two runs with the same hash had the
-// same bits.
+// A 64-bit hash of the bits of numbers (FNV-1a over bytes). Tests compare the hashes of two runs to
+// compare the bits of their results.
 
 #pragma once
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A thread block of a GPU simulated by threads of a CPU: several threads process the items of a
-// phase at the same time, and a phase ends when all have finished. With GPU_RVE_SANITIZE=thread the
-// sanitizer detects each access of one item to what another one writes in the same phase, which
-// would be a race on a GPU.
+// Simulates a thread block of a GPU by threads of a CPU. Several threads process the items of a
+// phase at the same time. A phase ends when all threads have finished. In a build with
+// GPU_RVE_SANITIZE=thread, the sanitizer reports an item that accesses memory which another item
+// writes in the same phase. On a GPU this is a race.
 
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace rve_test {
 
-/// Threads that run functions together. OpenMP's threads are unsuitable, since the sanitizer does
-/// not see their synchronisation.
+/// Threads that run functions together. Threads of OpenMP are unsuitable, since the thread
+/// sanitizer does not detect their synchronisation.
 class Team {
  public:
   static constexpr int SIZE = 4;
@@ -77,9 +77,9 @@ class Team {
   std::vector<std::thread> threads_;
 };
 
-/// A block whose phases run in threads; Base has phases that are loops. Consecutive items belong to
-/// different threads, and every other thread starts with its last item. Another thread runs the
-/// work aside of a phase.
+/// A block whose phases run in several threads. In `Base`, a phase is a loop of one thread.
+/// Consecutive items belong to different threads. Every other thread processes its items backwards.
+/// `aside` is additional work of a phase, which one thread does.
 template <class Base> class InThreads : public Base {
   template <class F> static void share(int n, const F &f)
   {
@@ -127,7 +127,7 @@ template <class Base> class InThreads : public Base {
     for (const bool one : of_thread) result = result || one;
     return result;
   }
-  // Threads with two items have no places without an item.
+  // No place is without an item, as in a block with two items per thread.
   template <rve::Visit = rve::Visit::Items, class F> bool any_item(int n, F f) { return any(n, f); }
   template <class F> static void for_empty_registers(int, F) {}
 
@@ -166,7 +166,7 @@ template <class Base> class InThreads : public Base {
     then();
   }
 
-  // Items may add to a sum at the same time.
+  // Several items may add to a sum at the same time, so that additions are atomic.
   template <class Integer> void accumulate(Integer *sums, int /*room*/, int i, Integer v)
   {
     __atomic_fetch_add(sums + i, v, __ATOMIC_RELAXED);

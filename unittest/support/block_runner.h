@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs a block program in a test on the backend that the test was built for (rve_add_block_test). A
+// Runs a block program on the backend for which the test was built (rve_add_block_test). A block
 // program is a functor
 //   template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
-// whose pointers come from BlockArray. On a GPU `fast_memory` is on chip (kFastMemory bytes, not
-// initialised).
+// Its pointers come from BlockArray. On a GPU, `fast_memory` is shared memory of kFastMemory bytes,
+// which is not initialised.
 
 #pragma once
 
@@ -26,7 +26,7 @@ namespace rve_test {
 
 constexpr std::size_t kFastMemory = 16384;
 
-/// Runs the program by one CPU thread, also in a Cuda test, as reference.
+/// Runs the program in one CPU thread, as the reference for the backend. A Cuda test uses it too.
 template <class KernelVariant> void run_serial(const KernelVariant &variant)
 {
   std::vector<double> fast(kFastMemory / sizeof(double));
@@ -41,7 +41,7 @@ inline void check_cuda(cudaError_t error)
   if (error != cudaSuccess) throw std::runtime_error(cudaGetErrorString(error));
 }
 
-/// Returns the block sizes of every test.
+/// Returns the numbers of threads per block that each test uses.
 inline std::vector<int> block_sizes()
 {
   return {1, 32, 64, 100, 128, 256, 1024};
@@ -89,8 +89,8 @@ __global__ void __launch_bounds__(1024) variant_kernel(KernelVariant variant)
   variant(block, fast_memory);
 }
 
-/// Runs the program on one block. With `in_registers`, resident items are in registers, at most one
-/// per thread.
+/// Runs the program on one block. With `in_registers`, each thread keeps at most one item, in its
+/// registers.
 template <class KernelVariant>
 void run_block(int threads, const KernelVariant &variant, bool in_registers = false)
 {

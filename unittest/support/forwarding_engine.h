@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// An engine that forwards all calls to another one. Tests derive classes from it that count or
+// An engine that forwards all calls to another engine. Tests derive classes from it that count or
 // refuse calls.
 
 #pragma once

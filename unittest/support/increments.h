@@ -10,8 +10,8 @@
 
 namespace rve_test {
 
-/// The increments of drives, with the time step and number of steps of the first drive, and the
-/// resulting stresses.
+/// Increments of a macro step from a list of drives. The time step and the number of steps are
+/// those of the first drive. Receives the resulting stresses.
 template <int D> class IncrementsOf final : public macro::MacroIncrementsOf<D> {
   using Matrix = rve::Tensor<double, D>;
 
@@ -31,8 +31,8 @@ template <int D> class IncrementsOf final : public macro::MacroIncrementsOf<D> {
   const std::vector<rve::DriveOf<D>> drives_;
 };
 
-/// Advances RVEs by increments, from the launch to the results. Returns false if the points need
-/// drives.
+/// Advances RVEs by increments and waits for the results. Returns false if the points cannot be
+/// advanced by increments and need drives.
 template <int D>
 bool advance(macro::RvePointsOf<D> &points, const std::vector<int> &slots,
              IncrementsOf<D> &increments, bool with_details, std::vector<int> &failed)

@@ -24,8 +24,9 @@ inline rve::RveState hexagonal_lattice(const rve::Material &material, double rad
                   std::vector<double>(columns * rows, radius), xy);
 }
 
-/// Returns the pressure of hexagonal_lattice(): three contacts per grain of area sqrt(3)/2 l^2 give
-/// p = sqrt(3) k_n overlap / (l h) [stress].
+/// Returns the pressure of hexagonal_lattice(), p = sqrt(3) k_n overlap / (l h) [stress]. A grain
+/// has three contacts and the area sqrt(3)/2 l^2; l is the distance of neighbours and h the
+/// thickness.
 inline double lattice_pressure(const rve::Material &material, double radius, double overlap)
 {
   return std::sqrt(3.0) * material.normal_stiffness * overlap /
@@ -33,7 +34,7 @@ inline double lattice_pressure(const rve::Material &material, double radius, dou
 }
 
 /// Returns the shear modulus of hexagonal_lattice() without overlap, G = sqrt(3)/4 (k_n + k_t) / h
-/// [stress].
+/// [stress], with the thickness h.
 inline double lattice_shear_modulus(const rve::Material &material)
 {
   return 0.25 * std::sqrt(3.0) * (material.normal_stiffness + material.tangential_stiffness) /

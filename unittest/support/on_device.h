@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A test source that is compiled for the CPU and, with RVE_TEST_CUDA, for the kernels of a GPU.
+// Options and fixtures for a test source that is compiled twice: for the CPU and, with
+// RVE_TEST_CUDA, for the GPU.
 
 #pragma once
 

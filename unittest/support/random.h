@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Random numbers that are the same on every machine (the distributions of the standard library are
-// not).
+// Random numbers that are the same on every machine. The distributions of the standard library
+// differ between machines.
 
 #pragma once
 

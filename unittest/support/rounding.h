@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tests whether two ways to compute the same numbers differ only by rounding, that is, by as much
-// as a change of the last digits of the input.
+// Tests whether two programs compute the same numbers except for rounding. The difference must be
+// as small as the effect of other last digits in the input.
 
 #pragma once
 
@@ -27,15 +27,16 @@ inline double with_another_last_digit(double x, Random &random)
 }
 
 struct RoundingErrors {
-  double most = 0.0;             ///< largest of the numbers
+  double most = 0.0;             ///< largest number, in magnitude
   std::vector<double> errors;    ///< largest error of each step
-  double of_digits = 0.0;        ///< largest change by other last digits
+  double of_digits = 0.0;        ///< largest change of a number if last digits of the input change
 };
 
-/// Expects agreement with the forces of LAMMPS: 1e-12 of the largest number or, if larger, the
-/// effect of last digits. The latter is large for a displacement that is divided by the root of a
-/// nearly vanishing overlap. In one of a hundred steps LAMMPS leaves in the history a part along
-/// the normal, up to 1e-10 of the sliding force. No error may exceed `bound`.
+/// Expects that the forces agree with LAMMPS. In 99 % of the steps the error is at most 1e-12 of
+/// the largest number or, if larger, the effect of the last digits. The effect of the last digits
+/// is large for a displacement that is divided by the root of a nearly vanishing overlap. In one of
+/// a hundred steps, LAMMPS leaves a part along the normal in the history, up to 1e-10 of the
+/// sliding force. In no step may the error exceed `bound` times the largest number.
 inline void expect_rounding_only(RoundingErrors found, double bound)
 {
   EXPECT_GT(found.most, 0.0);

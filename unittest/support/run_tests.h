@@ -31,7 +31,8 @@ inline void add_pattern(std::string &patterns, const std::string &pattern)
 }
 
 /// Narrows the filter of GoogleTest to the tests of one source file and returns whether the file
-/// has tests. A suite within one file is named as a whole, which keeps the filter short.
+/// has tests. If all tests of a suite are in one file, the filter names the suite and not each
+/// test.
 inline bool choose_file(const std::string &stem)
 {
   struct Suite {

@@ -93,7 +93,8 @@ class RveRig {
   std::vector<rve::Result> results;
 };
 
-/// Returns nonzero tangential forces by pair, for any order of the list.
+/// Returns the nonzero tangential forces, sorted by the numbers of their grains. The order of the
+/// list has no influence.
 inline std::vector<std::tuple<int, int, double>> histories(const rve::RveState &state)
 {
   std::vector<std::tuple<int, int, double>> all;
@@ -105,7 +106,8 @@ inline std::vector<std::tuple<int, int, double>> histories(const rve::RveState &
   return all;
 }
 
-/// Returns nonzero rolling forces by pair, in the view of the grain with the lower number.
+/// Returns the nonzero rolling forces, sorted by the numbers of their grains. The sign is that for
+/// the grain with the lower number.
 inline std::vector<std::tuple<int, int, double>> rolling_histories(const rve::RveState &state)
 {
   std::vector<std::tuple<int, int, double>> all;
@@ -129,8 +131,8 @@ inline rve::RveState restarted(const rve::RveState &state)
   return rve::deserialize(image.data(), image.size());
 }
 
-/// Returns the same grains in reverse order, with other owners and another order of every sum, for
-/// packings without list and history.
+/// Returns the packing with its grains in reverse order. Pairs then have other owners, and every
+/// sum has another order. The packing must not have a list or a history.
 inline rve::RveState numbered_backwards(const rve::RveState &packing)
 {
   const int n = packing.num_grains();

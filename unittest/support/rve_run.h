@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One call of the block program in memory full of garbage, on a CPU. One thread visits arrays, or a
-// substitute for a thread block of a GPU stores an item's own numbers apart from the arrays. These
-// begin as garbage, so that uses of numbers that were not loaded, kept or published show.
+// Runs one call of the block program on a CPU, in memory that is filled with garbage. The block is
+// either a single thread that works on arrays, or a substitute for a thread block of a GPU. The
+// substitute keeps the numbers of each item in "registers" apart from the arrays. The registers
+// start as garbage, so that a number which was not loaded, kept or published gives a wrong result.
 
 #pragma once
 
@@ -29,14 +30,14 @@ constexpr int GARBAGE = 0x7f;    // value of every byte: numbers of 1e38 and mor
 class BlockInRegisters : public BlockSerial {
  public:
   static constexpr bool kInRegisters = true;
-  // Lists are built on chip, in the memory of the sums and plans of steps.
+  // Lists are built on chip, in the memory that otherwise holds the sums and the plans of steps.
   static constexpr int kCapacity = CAPACITY;
   static inline char *present_chip = nullptr;    ///< memory on chip of the present call
   static char *chip() { return present_chip; }
 
   template <class T> struct Resident {
     T *array;
-    std::vector<T> value;    ///< each is in a register of the item's thread
+    std::vector<T> value;    ///< registers: one number per item
     T &operator[](int item) { return value[item]; }
     void load(int item) { value[item] = array[item]; }
     void save(int item) { array[item] = value[item]; }
@@ -46,7 +47,7 @@ class BlockInRegisters : public BlockSerial {
     void publish(int item, const T &x) { value[item] = array[item] = x; }
   };
 
-  /// Some threads have no grain.
+  /// The block has CAPACITY threads. A visit of registers includes threads without a grain.
   using BlockSerial::for_items;
   template <Visit way = Visit::Items, class F> void for_items(int n, F f)
   {
@@ -73,8 +74,8 @@ class BlockInRegisters : public BlockSerial {
   }
 };
 
-/// A block with two grains per thread. The first grain's thread takes shared work, and each grain
-/// has its own branch, so that there are no places without a grain.
+/// A block with two grains per thread. Only the first grain of each thread takes part in shared
+/// work. No register is without a grain.
 class BlockOfTwo : public BlockInRegisters {
  public:
   using BlockSerial::any_item;
@@ -88,20 +89,20 @@ class BlockOfTwo : public BlockInRegisters {
   }
 };
 
-/// A block of kernels with the constants of a step in uniform registers: one thread processes the
-/// grains in turn.
+/// A block whose kernel keeps the constants of a step in uniform registers. One thread processes
+/// the grains one after the other.
 struct BlockOfUniforms : BlockInRegisters {
   static constexpr bool kHasUniforms = true;
 };
 
-/// An RVE and its results under one program.
+/// Device state of an RVE and the results of its last call by one block program.
 template <int D> struct RveRun {
   DeviceState image;
   AnswerRecord<D> answer = {};
   DetailRecord<D> detail = {};
 };
 
-/// Makes one call in memory full of garbage.
+/// Makes one call in memory that is filled with garbage.
 template <class Block, class Config>
 void advance(RveRun<Config::D> &run, const DriveRecord<Config::D> &drive, bool with_details,
              double skin = 0.0, bool with_ledger = false,
@@ -166,8 +167,8 @@ template <> constexpr rve::Format format_of<DoubleNumbers>()
   return rve::Format::Double;
 }
 
-/// Returns a run of a state whose forces fit the scale of the first call, which is not repeated
-/// here.
+/// Returns a run that starts from the state. Its force scale is coarse enough for the first call,
+/// since these tests do not repeat a call as the engine does.
 template <class Numbers, int D> RveRun<D> run_of(RveStateOf<D> state, KernelVariant memory)
 {
   state.largest_contact_force = 1e4;
@@ -187,8 +188,8 @@ template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, Ker
   return read_device_state<D>(format_of<Numbers>(), run.image, memory);
 }
 
-/// Expects the same results and states. Images may differ, since a zero history may have either
-/// sign.
+/// Expects the same bits of results and states. The bytes of the device states may differ, since a
+/// zero in a history may have either sign.
 template <class Numbers, int D>
 void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, KernelVariant memory)
 {
@@ -198,10 +199,11 @@ void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, KernelVar
             serialize(state_of<Numbers>(expected, memory)));
 }
 
-/// Time steps of the disks of the examples and of spheres that are as stiff.
+/// Time steps of the disks of the examples, and of spheres of the same stiffness [s].
 constexpr double DISK_DT = 5e-5, SPHERE_DT = 2e-6;
 
-/// Returns a servo for disks(): a pressure across, with shear and compression along the other axis.
+/// Returns a servo for disks(). It holds the stress along x at 100 kPa during shear and compression
+/// along y.
 inline SteeringRecord<2> servo_of_disks()
 {
   SteeringRecord<2> steering = SteeringRecord<2>();
@@ -214,8 +216,8 @@ inline SteeringRecord<2> servo_of_disks()
 }
 
 #if defined(__SANITIZE_ADDRESS__)
-// Code with registers is the same source for all formats. A compiler with sanitizers takes minutes
-// for each format.
+// Builds with sanitizers test one format: compilation takes minutes per format, and all formats
+// have the same source.
 using Formats = testing::Types<MixedNumbers>;
 #else
 using Formats = testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;

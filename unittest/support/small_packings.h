@@ -32,7 +32,7 @@ template <int D> rve::RveStateOf<D> small_packing(double preparation_friction = 
   return rve::generate_packing(recipe, *rve::make_engine<D>(options_of_dimension(D)));
 }
 
-/// Stable time step of small_packing(); disks have a mass depth of one [time].
+/// Stable time step of small_packing() [time]. Disks have a mass depth of one.
 template <int D> constexpr double DT_OF_SMALL_PACKINGS = D == 2 ? 2e-5 : 4e-6;
 
 }    // namespace rve_test

@@ -44,7 +44,7 @@ inline Spheres spheres(const rve::Material &material, const rve::Tensor3 &cell,
   return state;
 }
 
-/// Returns the material of the disks without a thickness.
+/// Returns the material of the disks with a thickness of one, as spheres need it.
 inline rve::Material spheres_material()
 {
   rve::Material material = paper_material();
@@ -57,8 +57,8 @@ inline double sphere_mass(const rve::Material &material, double radius)
   return material.density * material.mass_depth * 4.0 / 3.0 * rve::kPi * radius * radius * radius;
 }
 
-/// Returns a face-centred cubic array of m^3 cubes of four spheres of radius r that touch with this
-/// overlap.
+/// Returns a face-centred cubic array of m^3 unit cells with four spheres each. Neighbours have the
+/// given overlap [length].
 inline Spheres face_centred_cubic(const rve::Material &material, int m, double r, double overlap)
 {
   const double edge = std::sqrt(2.0) * (2.0 * r - overlap);
@@ -74,8 +74,8 @@ inline Spheres face_centred_cubic(const rve::Material &material, int m, double r
                  std::vector<double>(x.size() / 3, r), x);
 }
 
-/// Returns the pressure of face_centred_cubic(): six contacts per sphere of volume l^3/sqrt(2) give
-/// p = 2 sqrt(2) k_n overlap / l^2 [stress].
+/// Returns the pressure of face_centred_cubic(), p = 2 sqrt(2) k_n overlap / l^2 [stress]. A sphere
+/// has six contacts and the volume l^3/sqrt(2); l is the distance of neighbours.
 inline double face_centred_pressure(const rve::Material &material, double r, double overlap)
 {
   const double distance = 2.0 * r - overlap;
