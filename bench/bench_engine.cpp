@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Measures the throughput of the engine. Copies of a packing of disks or of spheres are sheared,
 // and whole calls with the short answer are timed. The program writes JSON rows
-// (doc/src/performance.rst). It asserts nothing about times; a failed RVE ends the experiment.
+// (doc/src/dev_gpu_kernels.rst). It asserts nothing about times; a failed RVE ends the experiment.
 //
 //   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|
 //                substeps|grains|queue|features|rebuilds|skins|memory|sanitize|races|profile]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Compile-time choices of a kernel that suit the registers of its threads, by block and kernel
 // configuration. They change the speed only. Gains are those of steps per second on an NVIDIA H200
-// with CUDA 13.0 (doc/src/performance.rst); numbers of instructions are those of NVRTC 13.0.
+// with CUDA 13.0 (doc/src/dev_gpu_kernels.rst); numbers of instructions are those of NVRTC 13.0.
 
 #pragma once
 
