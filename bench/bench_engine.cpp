@@ -2,7 +2,7 @@
 // Measures the throughput of the engine in DEM steps of RVEs per second. The RVEs are copies of a
 // packing of disks or of spheres and are sheared. The program times whole calls that return the
 // short answer, rve::ResponseOf (the long answer is rve::ResultOf). It writes JSON rows
-// (doc/src/performance.rst). It asserts nothing about times; a failed RVE ends the experiment.
+// (doc/src/dev_gpu_kernels.rst). It asserts nothing about times; a failed RVE ends the experiment.
 //
 //   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|
 //                substeps|grains|queue|features|rebuilds|skins|memory|sanitize|races|profile]

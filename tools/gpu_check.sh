@@ -8,7 +8,7 @@
 #   sh tools/gpu_check.sh                      builds here, results in bench/results
 #   sh tools/gpu_check.sh --bin DIR --out DIR  uses existing programs; results go to DIR
 #   ... --suite NAME                           of the benchmark: quick (less than a minute),
-#                                              full, memory, ... (doc/src/performance.rst)
+#                                              full, memory, ... (doc/src/dev_gpu_kernels.rst)
 set -u
 cd "$(dirname "$0")/.." || exit 1
 root=$PWD
