@@ -11,10 +11,10 @@
 // or 1. doc/src/theory_mpm.rst explains this contact and the sliding of material on lateral faces.
 // A lateral face that a neighbouring body covers is ignored.
 //
-// A column is under a body if it is within the width of the body, edges included. The edges should
-// lie on columns of nodes. A column is under a round body if it is within its radius. Columns less
-// than one cell inside of the edge of a round body form its lateral face. There the motion of the
-// material towards the axis is stopped.
+// A column is under a body if it is within the width of the body, edges included. A column on an
+// edge forms the lateral face there; an edge between two columns has no lateral face. A column is
+// under a round body if it is within its radius. Columns less than one cell inside of the edge of a
+// round body form its lateral face. There the motion of the material towards the axis is stopped.
 //
 // Each contact is first found and then imposed. Finding a contact marks the velocity components of
 // nodes that it holds. Bodies do not act on components that a side of the grid holds. Nodes that
