@@ -24,7 +24,7 @@ LAMMPS_MANUAL = 'https://docs.lammps.org/'
 
 # Pages that are, or would be, ours: a reference to a missing one of these is a warning, not a link to LAMMPS.
 OURS = re.compile(r'rve|mpm|random|footing|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles|stability'
-                  r'|getting_started|howto|glossary|validation|verification|packing')
+                  r'|getting_started|howto|glossary|validation|verification|packing|tutorial|python_reference')
 
 # Debian's libjs-mathjax, and what formulas in TeX that are drawn as SVG need of it: 4 MB of 54
 MATHJAX = '/usr/share/javascript/mathjax'
