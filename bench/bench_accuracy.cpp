@@ -14,19 +14,20 @@
 // --floor holds packings at rest in each number format and measures the unbalanced force that
 // remains and the change of the pressure.
 //
-// A packing of grains is chaotic: beyond some strain, called the bifurcation, even tiny differences
-// between two runs have grown so much that only their means agree. The program finds this strain
-// with twins: runs in which the grains begin displaced by a small part of the mean overlap. Before
-// the bifurcation all twins agree, and the error of a setting is the largest error of a macro step.
-// After it, only means over the packings are compared.
+// The motion of grains is chaotic: tiny differences between two runs grow. Beyond some strain,
+// called the bifurcation, the stresses of single packings differ and only means over packings
+// agree. The program finds this strain with twins: runs whose grains are displaced at the start by
+// a small part of the mean overlap. Before the bifurcation all twins agree, and the error of a
+// setting is the largest error of a macro step. After it, only means over the packings are
+// compared.
 //
 // All packings run in one batch. For a GPU, the batch has N copies of each packing (--copies). Some
 // settings have a planted defect. Their errors must exceed a limit, which shows that the scenes
 // detect defects.
 //
-// The cost of a setting on a CPU is the CPU time of one thread. A fixed piece of work is timed
-// between macro steps, and costs are divided by its time, so that other load on the machine
-// cancels. The cost on a GPU is the wall time, with all threads of the host.
+// The cost of a setting on a CPU is the CPU time of one thread. Between macro steps, the program
+// times a fixed piece of work. Costs are divided by the time of this work, so that other load on
+// the machine cancels. The cost on a GPU is the wall time, with all threads of the host.
 
 #include "bench_report.h"
 #include "steps_on_device.h"
@@ -69,18 +70,19 @@ constexpr double PRESSURE = 1e5;
 template <int D> constexpr double RATE = D == 2 ? 0.05 : 0.2;
 
 // Largest displacements of the twins' grains, divided by the mean overlap [-]. They are of the
-// order of the truncation error of the first steps, so that both errors grow to a similar size
-// before the curves part. DISPLACEMENT_SLOW is for slow scenes, where a displacement changes the
-// stiffness as much as truncation does.
+// order of the truncation error of the first steps, so that truncation and displacements have grown
+// to similar errors when the curves part. DISPLACEMENT_SLOW is for slow scenes, where a
+// displacement changes the stiffness as much as truncation does.
 constexpr double DISPLACEMENT = 1e-3, DISPLACEMENT_SLOW = 1e-5;
-// Number of displaced twins; the comparison ends when the first pair of runs parts.
+// Number of displaced twins. A packing is compared with the reference until the first of its twins
+// has parted.
 constexpr int NUM_TWINS = 5;
 
 // Curves have parted (bifurcated) when the deviation() of a twin reaches this value [-]. It is a
-// fifth of LIMIT: larger errors before the bifurcation are errors of the setting.
+// fifth of LIMIT, so that an error near LIMIT before the bifurcation comes from the setting.
 constexpr double PARTED = 0.002;
 
-// Largest error that a setting may have before bifurcation [-]; planted defects must exceed it.
+// Largest allowed error of a setting before bifurcation [-]. Planted defects must exceed it.
 constexpr double LIMIT = 0.01;
 
 constexpr int PACES = 40;    // measurements of the machine's pace in a run
@@ -99,7 +101,7 @@ template <int D> struct Config {
   double rate;          // strain rate [1/s]
   double macro_step;    // duration of a macro step [s]
   int steps;            // number of macro steps
-  bool servo;           // the axes that are not compressed are held at PRESSURE
+  bool servo;           // stresses along the other axes are held at PRESSURE
   bool slow;    // starts sheared and at rest; errors are divided by the largest stress change
   Tensor<double, D> (*gradient)(double rate, double time);
 };
@@ -150,16 +152,16 @@ struct Setting {
   Arithmetic arithmetic = Arithmetic::Strict;
   double dt_fraction = 0.9;
   double mass_scaling = 1.0;
-  double damping = -1.0;    // Cundall's local damping; negative: that of the packing
-  // Viscosity of normal and tangential dashpots over the critical damping of a contact of mean
-  // grains [-]
+  double damping = -1.0;    // Cundall's local damping; negative: as in the packing
+  // Ratio of the viscosity of normal and tangential dashpots to the critical damping of a contact
+  // between mean grains [-]
   double viscosity = 0.0;
   double skin = 0.0;
   MacroStepOptions macro = {};
   Defect defect = Defect::None;
   double displacement = 0.0;        // initial displacement of grains / mean overlap
   int seed = 0;                     // seed of the displacements
-  double friction = -1.0;           // negative: that of the packing
+  double friction = -1.0;           // negative: as in the packing
   double rolling_friction = 0.0;    // with k_r = k_t
   bool track_energy = false;
   Arms arms = Arms::Contact;
@@ -185,7 +187,8 @@ MacroStepOptions samples(StressFrom from, int number, int spacing)
 const Setting REFERENCE{"small-step reference", "reference", Format::Double, Arithmetic::Strict,
                         0.05};
 
-/// Presets, from the cheapest one to the preset reference, with which the others are compared.
+/// Presets, beginning with the cheapest one. The last one is the preset reference, and the others
+/// are compared with it.
 const Setting PRESETS[] = {{"draft", "preset", Format::Fast, Arithmetic::Strict, 0.9, 4.0},
                            {"standard", "preset", Format::Mixed, Arithmetic::Strict, 0.9},
                            {"reference", "preset", Format::Double, Arithmetic::Strict, 0.1}};
@@ -252,7 +255,8 @@ template <int D> std::vector<Setting> settings(bool cuda)
   return list;
 }
 
-/// Returns true if fix rve accepts the setting in this scene and a defect has a meaning there.
+/// Returns true if fix rve accepts the setting in this scene and, for a setting with a defect, if
+/// the defect can occur there.
 template <int D> bool fits(const Setting &setting, const Config<D> &scene)
 {
   const bool of_a_strain = setting.macro.adaptive || setting.macro.quiescent_strain > 0.0 ||
@@ -312,8 +316,8 @@ template <int D> RveStateOf<D> prepared(RveStateOf<D> state, const Setting &sett
         setting.viscosity * 2.0 * std::sqrt(0.5 * mass * material.normal_stiffness);
   }
   if (setting.displacement > 0.0) {
-    // The overlap is approximately that of the mean grain: p h d/k_n of disks, p d^2/k_n of
-    // spheres.
+    // Approximate overlap of mean grains: p h d/k_n for disks and p d^2/k_n for spheres, with the
+    // pressure p, the thickness h, the diameter d and the normal stiffness k_n.
     const double of_a_grain = state.solid_volume() / state.num_grains();
     const double size =
         2.0 * (D == 2 ? std::sqrt(of_a_grain / kPi) : std::cbrt(0.75 * of_a_grain / kPi));
@@ -479,8 +483,8 @@ Outcome<D> run_points(const Config<D> &scene, const std::vector<RveStateOf<D>> &
   return outcome;
 }
 
-/// Runs a scene with a planted defect. The engine has no such defect; this function adds it between
-/// the calls of the engine.
+/// Runs a scene with a planted defect. The engine itself has no defect. This function causes the
+/// defect between the calls of the engine.
 template <int D>
 Outcome<D> run_with_defect(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                            const Setting &setting, const Machine &machine)
@@ -574,7 +578,7 @@ struct Errors {
   double pressure = 0.0;            // relative difference of the mean pressure after bifurcation
   double stress_ratio = 0.0;        // difference of the mean q/p after bifurcation
   double scatter = 0.0;             // standard error of the mean q/p over packings in the reference
-  double before = 1.0;              // mean share of the scene before bifurcation over packings
+  double before = 1.0;              // share of the scene before bifurcation, mean over packings
 };
 
 template <int D> double stress_ratio(const Tensor<double, D> &stress)
@@ -584,8 +588,8 @@ template <int D> double stress_ratio(const Tensor<double, D> &stress)
   return result.deviatoric_stress() / result.mean_stress();
 }
 
-/// Statistics of the errors of all packings. Each packing has its own seed. A verdict for one seed
-/// need not hold for another.
+/// Statistics of the errors of all packings. Each packing has its own seed. A setting can exceed
+/// LIMIT with one seed and not with another.
 struct Range {
   double least, median, largest;
   int beyond;    ///< number of errors beyond LIMIT
@@ -615,8 +619,8 @@ template <int D> struct Standard {
 };
 
 /// Returns the relative deviation of two curves at a step [-]: the norm of the stress difference,
-/// divided by the pressure. Slow scenes compare the stress changes since the first step instead and
-/// divide by `change` [stress].
+/// divided by the pressure. In slow scenes, it is the norm of the difference of the stress changes
+/// since the first step, divided by `change` [stress].
 template <int D>
 double deviation(const Config<D> &scene, const Curve<D> &curve, const Curve<D> &exact,
                  double change, int step)
@@ -626,8 +630,9 @@ double deviation(const Config<D> &scene, const Curve<D> &curve, const Curve<D> &
   return norm((curve[step] - curve[0]) - (exact[step] - exact[0])) / change;
 }
 
-/// Runs the twins, of which the first has no displacements. The DEM steps of twins are larger than
-/// those of the reference to save time: the onset of chaos does not depend on such small steps.
+/// Runs the twins. The first one has no displacements, and the others are compared with it. To save
+/// time, twins have larger DEM steps than the reference. These steps are small enough that the
+/// bifurcation does not depend on them.
 template <int D>
 std::vector<Outcome<D>> twins_of(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                                  const Machine &machine, int count)
@@ -955,7 +960,7 @@ template <int D> bool is_wanted(const Config<D> &scene, const std::string &scene
 }
 
 /// Divides the number of copies by three for a scene with a servo. On a GPU, such a scene takes
-/// many times as long as other scenes, and fewer RVEs fill the GPU.
+/// many times as long as other scenes, and fewer RVEs are enough to fill the GPU.
 template <int D> Machine for_scene(Machine machine, const Config<D> &scene)
 {
   if (scene.servo) machine.copies = (machine.copies + 2) / 3;
@@ -1042,7 +1047,7 @@ void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
 }
 
 /// Reports for each scene how much faster adaptive substeps are with *quiescent* than without it.
-/// Each setting runs twice, in turn with the others; the faster run counts.
+/// Each setting runs twice, in turn with the other settings. The faster of both runs is reported.
 template <int D>
 void compare_costs_of_skipping(const std::vector<RveStateOf<D>> &packings,
                                const std::vector<RveStateOf<D>> &sheared_packings,
@@ -1212,7 +1217,8 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
     report.write();
   }
   for (std::size_t s = 0; s < all.size(); ++s) {
-    // A defect need not exceed the limit in every scene: only a run of all scenes can miss it.
+    // A defect need not exceed the limit in every scene. It counts as unseen only if all scenes
+    // were run.
     if (all[s].defect != Defect::None && !flagged[s] && arguments.scenes.empty()) {
       std::printf("FAIL the planted defect goes unseen: %s\n", all[s].name.c_str());
       sound = false;

@@ -2,7 +2,7 @@
 // Measures the throughput of the engine in DEM steps of RVEs per second. The RVEs are copies of a
 // packing of disks or of spheres and are sheared. The program times whole calls that return the
 // short answer, rve::ResponseOf (the long answer is rve::ResultOf). It writes JSON rows
-// (doc/src/performance.rst). It asserts nothing about times; a failed RVE ends the experiment.
+// (doc/src/dev_gpu_kernels.rst). It asserts nothing about times; a failed RVE ends the experiment.
 //
 //   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|
 //                substeps|grains|queue|features|rebuilds|skins|memory|sanitize|races|profile]
@@ -78,12 +78,13 @@ struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
   double seconds = 0.5;    // approximate duration of a case
-  // Numbers of RVEs from the option --rves; empty: each experiment has its own. An experiment with
-  // only one number of RVEs uses the last one.
+  // Numbers of RVEs from the option --rves; empty: each experiment has its own. An experiment that
+  // runs only one number of RVEs uses the last number of the list.
   std::vector<int> rves;
   std::string format;    // number format; empty: all
   int threads = 0;       // threads of a block on a GPU; 0: the engine chooses
-  // index and number of parts into which processes divide the suites for sanitizers
+  // The sanitizer suites are divided into `parts` parts, and this process runs the part with the
+  // index `part`.
   int part = 0, parts = 1;
 };
 
@@ -208,7 +209,7 @@ struct Measured {
 };
 
 /// Returns the number of calls in a repeat, at least one. All repeats together then take about
-/// `seconds` or, if this is less, strain the packing by LARGEST_STRAIN.
+/// `seconds`, or less time if the strain would otherwise exceed LARGEST_STRAIN.
 long calls_in_repeat(double seconds, double seconds_per_call, double strain_of_call)
 {
   const double by_time = seconds / REPEATS / seconds_per_call;
@@ -216,8 +217,8 @@ long calls_in_repeat(double seconds, double seconds_per_call, double strain_of_c
   return std::max(1L, static_cast<long>(std::min(by_time, by_strain)));
 }
 
-/// Measures the rates of REPEATS repeats, after one call for preparation and one that estimates the
-/// duration of a call.
+/// Measures the rates of REPEATS repeats. Two calls come before them: one for preparation, and one
+/// that estimates the duration of a call.
 template <template <int> class Answer = rve::ResponseOf, int D>
 Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &of_all, double seconds)
 {
@@ -551,14 +552,14 @@ std::vector<rve::DriveOf<D>> equal_drives(const Shearing<D> &shearing,
 }
 
 /// Compares RVEs that have different numbers of substeps with RVEs that have equal numbers and the
-/// same sum of substeps. The different numbers are in a ratio of up to 1:20, or 1:50 if the mean is
-/// one.
+/// same sum of substeps. The largest of the different numbers is 20 times the least one. If the
+/// mean is one, the numbers are 50, 1 and 0 (drives_of_few()).
 template <int D> void run_queue(Bench<D> &bench)
 {
   for (const Precision precision : bench.two_precisions())
     for (const int mean : {1, 21, 1050}) {
       if (mean == 1 && bench.many() < 1000)
-        continue;    // few RVEs do not represent one of a hundred
+        continue;    // too few RVEs to give 50 steps to one of a hundred
       const Shearing<D> shearing = shearing_of(bench.packing);
       const int spread = mean == 1 ? 50 : 20;
       const auto unequal = mean == 1 ? drives_of_few(shearing, bench.many())
@@ -623,7 +624,7 @@ rve::RveStateOf<D> with_feature(const rve::RveStateOf<D> &packing, const std::st
   return packing;
 }
 
-/// Returns a drive that holds the normal stress along y at that of the packing.
+/// Returns a drive that holds the normal stress along y at its value in the packing.
 template <int D> rve::DriveOf<D> servo_drive(const rve::RveStateOf<D> &packing, int substeps)
 {
   const Shearing<D> shearing = shearing_of(packing);
@@ -701,7 +702,8 @@ template <int D> void run_rebuilds(Bench<D> &bench)
       record(bench, keys, of[thin], thin ? "thin skin" : "usual skin");
       const double more_rebuilds = 1e-3 * (of[1].rebuilds - of[0].rebuilds);    // per step
       if (thin && more_rebuilds > 0.0)
-        // The means over all repeats count all rebuilds; single repeats differ by one or two.
+        // The means over all repeats include all rebuilds, while the numbers of rebuilds of single
+        // repeats differ by one or two.
         bench.report.add(keys, "steps_per_rebuild", (of[0].mean / of[1].mean - 1.0) / more_rebuilds,
                          "step");
     }
@@ -797,11 +799,12 @@ template <int D> std::vector<std::string> visited_variants()
   return {"plain", "steered", "general", "rolling", "hertz"};
 }
 
-/// Threads of a block that keeps its grains in registers while many RVEs share a multiprocessor.
+/// Number of threads of a block that keeps its grains in registers while many RVEs share a
+/// multiprocessor.
 template <int D> constexpr int REGISTERS = D == 2 ? 416 : 256;
 
-/// Threads of a block that keeps grains in registers for disks with a servo; each thread has two
-/// grains.
+/// Number of threads of a block that keeps grains in registers, for disks with a servo. Each thread
+/// has two grains.
 constexpr int STEERED = 224;
 
 /// Runs every path of the kernel variants once, for compute-sanitizer. This is not a measurement.
@@ -819,7 +822,7 @@ void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const P
     const rve::RveStateOf<D> grains = with_feature(packing, variant);
     bench::Company in = company;
     // Kernel variants with energy bookkeeping are slow under a sanitizer and have only one kernel
-    // for large calls. They make a large call with one block size only.
+    // for large calls. For them, large calls are made with one block size only.
     if (options.track_energy && block != REGISTERS<D>) in = {true, 0, company.is_light};
     bench::visit_all_paths(options, grains, shearing_of(grains).time_step, in, variant);
   }
@@ -1010,7 +1013,7 @@ template <int D> void start_device(Bench<D> &bench)
 template <int D> int run(const Arguments &arguments, const Report &report)
 {
   Bench<D> bench{arguments, rve::read_packing<D>(arguments.packing), report, ""};
-  // The number of threads is that of LAMMPS with a GPU (RankResources::threads_beside_gpu).
+  // The number of threads is the same as in LAMMPS with a GPU (RankResources::threads_beside_gpu).
   if (arguments.cuda) rve::most_in_a_team() = std::max(1, bench.cores() / 2);
   start_device(bench);
   int failed = 0;

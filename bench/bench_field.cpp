@@ -4,7 +4,8 @@
 //   one_rank     one rank generates the field and broadcasts it, as the command random_field does
 //   distributed  all ranks share the work by a Fourier transform with distributed rows
 // Grids are square. The correlation length is a tenth of an edge or 60 nodes, whichever is less, so
-// that the torus needs no padding. The program adds its rows to those of the file.
+// that the torus needs no padding. The program adds its rows to the rows that the output file
+// already has.
 //
 //   mpirun -np 2 bench_field <output.json> [nodes per edge ...]
 

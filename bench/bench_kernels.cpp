@@ -6,9 +6,9 @@
 //                 [--relaxed] [--keep FOLDER] [--cache FOLDER]
 //
 // The default is all variants of rve/engine/kernel_variants.h, all formats and all kernels. --keep
-// writes code and text (PTX) to files, which bench/compare_kernels.py compares with those of nvcc.
-// --cache stores kernels as a run does (GPU_RVE_KERNEL_CACHE), for a machine whose time is
-// expensive.
+// writes code and text (PTX) to files, which bench/compare_kernels.py compares with the code and
+// text from nvcc. --cache stores the kernels in a kernel cache (GPU_RVE_KERNEL_CACHE). A run with
+// this cache, for example on an expensive GPU machine, does not compile them again.
 
 #include "rve/core/wall_time.h"
 #include "rve/engine/runtime_kernels.h"

@@ -69,7 +69,7 @@ class Report {
     }
   }
 
-  /// Writes all rows. It is called after each experiment, so that later failures lose none of them.
+  /// Writes all rows. It is called after each experiment, so that a later failure loses no rows.
   void write() const
   {
     nlohmann::json head = report;
@@ -127,7 +127,8 @@ class Report {
   }
 
   /// Returns the value with floating-point numbers rounded to six significant digits. The manual
-  /// shows four digits. A number gets more than six if rounding would change these four.
+  /// shows four digits. A number keeps more than six digits if rounding to six would change the
+  /// four digits of the manual.
   static nlohmann::json rounded(nlohmann::json value)
   {
     if (value.is_number_float()) {

@@ -42,31 +42,31 @@ ROLLING = COLUMN.replace("policy fresh", "policy fresh kr 5e5 rolling_friction 0
 IN_SPACE = f'-var model rve -var h 0.1 -var grains 500 -var pic 0.05 -var keywords "{FRESH}"'
 # Keys are example/name; values are script and variables.
 PROBLEMS = {
-    "footing/half": "in.footing -var h 0.1 -var pictures no",
-    "footing/half_adaptive": f'in.footing -var h 0.1 -var pictures no -var keywords "{ADAPTIVE}"',
-    "footing/full": "in.footing -var h 0.1 -var pictures no -var domain full",
-    "footing/full_adaptive": f'in.footing -var h 0.1 -var pictures no -var domain full -var '
+    "footing/half": "study.footing -var h 0.1 -var pictures no",
+    "footing/half_adaptive": f'study.footing -var h 0.1 -var pictures no -var keywords "{ADAPTIVE}"',
+    "footing/full": "study.footing -var h 0.1 -var pictures no -var domain full",
+    "footing/full_adaptive": f'study.footing -var h 0.1 -var pictures no -var domain full -var '
                              f'keywords "{ADAPTIVE}"',
-    "footing/fast": "in.footing -var h 0.1 -var pictures no -var format fast",
-    "footing/spheres": f'in.footing -var h 0.1 -var pictures no -var shape sphere -var grains 400 '
+    "footing/fast": "study.footing -var h 0.1 -var pictures no -var format fast",
+    "footing/spheres": f'study.footing -var h 0.1 -var pictures no -var shape sphere -var grains 400 '
                        f'-var keywords "{FRESH}"',
-    "triaxial_specimen/rough": "in.triaxial_specimen -var h 0.0625 -var grains 400 -var rate 0.1",
-    "triaxial_specimen/rough_of_eight": "in.triaxial_specimen -var h 0.125 -var ppc 8 -var grains "
+    "triaxial_specimen/rough": "study.triaxial_specimen -var h 0.0625 -var grains 400 -var rate 0.1",
+    "triaxial_specimen/rough_of_eight": "study.triaxial_specimen -var h 0.125 -var ppc 8 -var grains "
                                         "400 -var rate 0.1",
     "footing_3d/strip": f"in.footing_3d {IN_SPACE} -var length 8 -var shape strip",
     "footing_3d/square": f"in.footing_3d {IN_SPACE} -var length 4.6 -var shape square",
     "footing_3d/circle": f"in.footing_3d {IN_SPACE} -var length 4.6 -var shape circle",
-    "biaxial_specimen/smooth": "in.biaxial_specimen -var h 0.025 -var grains 400",
-    "biaxial_specimen/rough": "in.biaxial_specimen -var h 0.025 -var grains 400 -var plates rough",
-    "biaxial_specimen/smooth_fine": "in.biaxial_specimen -var h 0.0125 -var grains 400",
-    "retaining_wall/active": f"in.retaining_wall {ON_WALL} -var way 0.03",
-    "retaining_wall/passive": f"in.retaining_wall {ON_WALL} -var move passive -var way 0.1",
-    "column_collapse/rve_1": f"in.column_collapse {COLUMN} -var a 1",
-    "column_collapse/rve_2": f"in.column_collapse {COLUMN} -var a 2 -var k0 0.6",
-    "column_collapse/rolling_1": f"in.column_collapse {ROLLING} -var a 1",
-    "column_collapse/rolling_2": f"in.column_collapse {ROLLING} -var a 2 -var k0 0.6",
+    "biaxial_specimen/smooth": "study.biaxial_specimen -var h 0.025 -var grains 400",
+    "biaxial_specimen/rough": "study.biaxial_specimen -var h 0.025 -var grains 400 -var plates rough",
+    "biaxial_specimen/smooth_fine": "study.biaxial_specimen -var h 0.0125 -var grains 400",
+    "retaining_wall/active": f"study.retaining_wall {ON_WALL} -var way 0.03",
+    "retaining_wall/passive": f"study.retaining_wall {ON_WALL} -var move passive -var way 0.1",
+    "column_collapse/rve_1": f"study.column_collapse {COLUMN} -var a 1",
+    "column_collapse/rve_2": f"study.column_collapse {COLUMN} -var a 2 -var k0 0.6",
+    "column_collapse/rolling_1": f"study.column_collapse {ROLLING} -var a 1",
+    "column_collapse/rolling_2": f"study.column_collapse {ROLLING} -var a 2 -var k0 0.6",
     "column_collapse/round_1": "in.column_collapse_3d -var a 1 -var h 0.05",
-    "slope/45_20_80": "in.slope -var n 80 -var waves 120 -var first 6.464 -var last 22.62",
+    "slope/45_20_80": "study.slope -var n 80 -var waves 120 -var first 6.464 -var last 22.62",
 }
 
 PARTS = re.compile(

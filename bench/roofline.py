@@ -32,7 +32,7 @@ def grains_in_registers(case):
 
 
 def bound(case, fraction, roof):
-    """Returns the bound of the speed of a case; doc/src/performance.rst explains the criteria."""
+    """Returns the bound of the speed of a case; doc/src/dev_gpu_kernels.rst has the criteria."""
     if case["grains"] > grains_in_registers(case):
         return "grains that are not in registers"
     if fraction >= NEARLY_FULL:

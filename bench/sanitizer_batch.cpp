@@ -71,7 +71,7 @@ namespace {
 
   template <int D> RveStateOf<D> with_a_runaway(RveStateOf<D> packing, double time_step)
   {
-    // moves once through the cell in a step
+    // in one step, the grain moves as far as the cell is wide
     packing.velocity[0] = packing.cell(0, 0) / time_step;
     return packing;
   }
@@ -156,9 +156,9 @@ namespace {
     return dot(pair.rolling_force, pair.rolling_force) > 0.0 && pair.twisting_moment != 0.0;
   }
 
-  /// Runs all visits in calls of at least `total` RVEs: one that returns ResponseOf<D>, the short
-  /// result, and one that returns ResultOf<D>. With `light_company`, the other RVEs are pairs of
-  /// grains; otherwise they are packings.
+  /// Runs all visits in two calls of at least `total` RVEs. One call returns ResponseOf<D>, the
+  /// short result, and the other returns ResultOf<D>. With `light_company`, the other RVEs are
+  /// pairs of grains; otherwise they are packings.
   template <int D>
   void visit(rve::Options options, const RveStateOf<D> &packing, double time_step, int total,
              bool light_company, bool steered)
@@ -202,8 +202,9 @@ namespace {
     engine->remove(rves[1]);
   }
 
-  /// Runs RVEs with a skin of the mean diameter, whose lists and workspaces overflow their first
-  /// capacity.
+  /// Runs RVEs whose skin is the mean diameter. Their neighbor lists, and the device memory of
+  /// their blocks for what does not fit in shared memory, overflow the capacity that is allocated
+  /// first.
   template <int D>
   void overflow(rve::Options options, const RveStateOf<D> &packing, double time_step)
   {

@@ -14,9 +14,9 @@ namespace bench {
 /// Sizes of the calls that contain the batch, and the other RVEs that fill these calls.
 struct Company {
   bool few = true;    ///< makes calls of few RVEs
-  /// Number of RVEs of large calls; 0: no such calls. It must exceed the number of multiprocessors:
-  /// the kernel for many RVEs then runs. It must also exceed the number of resident RVEs: some
-  /// blocks then advance a second RVE.
+  /// Number of RVEs of large calls; 0: no such calls. It must exceed the number of multiprocessors,
+  /// so that the kernel for many RVEs runs. It must also exceed the number of RVEs that are on the
+  /// multiprocessors at the same time, so that some blocks advance a second RVE.
   int many = 0;
   bool is_light = false;    ///< the other RVEs are pairs of grains, not packings
 };

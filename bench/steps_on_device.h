@@ -20,7 +20,7 @@ namespace bench {
 
 #if defined(GPU_RVE_WITH_CUDA)
 
-/// Advances the RVEs `slots` of `points`, which the caller must keep alive.
+/// Advances the RVEs `slots` of `points`. The caller must keep both objects alive.
 template <int D> class StepsOnDevice {
   using Matrix = rve::Tensor<double, D>;
 
@@ -34,8 +34,8 @@ template <int D> class StepsOnDevice {
     there_.stress = stresses_.reserve(COMPONENTS * slots.size());
   }
 
-  /// Sets the increment, the same for all RVEs, of the following steps. fix rve sets `dt` and
-  /// `substeps` in the same way.
+  /// Sets the increment of the following steps, which is the same for all RVEs. fix rve sets `dt`
+  /// and `substeps` in the same way.
   void set_increment(const Matrix &increment, double dt, int substeps)
   {
     increments_.all = increment;
@@ -48,8 +48,8 @@ template <int D> class StepsOnDevice {
     rve::check_cuda(cudaDeviceSynchronize(), "upload of increments");
   }
 
-  /// Advances as RvePointsOf::advance(). Returns false if it did nothing and RvePointsOf::advance()
-  /// must be called.
+  /// Advances the RVEs by one macro step, as RvePointsOf::advance() does. Returns false if it did
+  /// nothing; the caller must then call RvePointsOf::advance().
   bool advance(bool with_details, std::vector<int> &failed)
   {
     const bool is_as_before = points_.is_as_before(slots_, places_);

@@ -8,7 +8,7 @@
 #   sh tools/gpu_check.sh                      builds here, results in bench/results
 #   sh tools/gpu_check.sh --bin DIR --out DIR  uses existing programs; results go to DIR
 #   ... --suite NAME                           of the benchmark: quick (less than a minute),
-#                                              full, memory, ... (doc/src/performance.rst)
+#                                              full, memory, ... (doc/src/dev_gpu_kernels.rst)
 set -u
 cd "$(dirname "$0")/.." || exit 1
 root=$PWD
@@ -99,9 +99,9 @@ footing() {
   cp -r "$root/examples/footing" "$work/footing"
   cd "$work/footing" || return 1
   for device in cpu cuda; do
-    mkdir "$device" && (cd "$device" && cp ../in.footing . &&
-      echo 'write_rve grains atom 17 file rve.bits format rve' >> in.footing &&
-      "$bin/lmp" -in in.footing -var device "$device" -var stop 50 -var out bits \
+    mkdir "$device" && (cd "$device" && cp ../study.footing . &&
+      echo 'write_rve grains atom 17 file rve.bits format rve' >> study.footing &&
+      "$bin/lmp" -in study.footing -var device "$device" -var stop 50 -var out bits \
         -log none > log.txt 2>&1) || { tail -20 "$device/log.txt"; cd "$root"; return 1; }
   done
   cmp cpu/fields.bits cuda/fields.bits && cmp cpu/curve.bits cuda/curve.bits &&

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 r"""Draws where grains lose their stability, next to the strain that follows.
 
-    lmp -in in.footing -var d_end 0.3 -var frames 5 -var tangents yes -var out instability
+    lmp -in study.footing -var d_end 0.3 -var frames 5 -var tangents yes -var out instability
     python3 ../../tools/plot_instability.py [--frames frames.instability] \
         [--curve curve.instability] [--out instability.png]
 

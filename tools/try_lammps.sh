@@ -49,20 +49,20 @@ undrained       element_tests           lmp -in in.triaxial -var test undrained 
 tangent         tangent                 lmp -in in.tangent -var strain 0.003
 sphere_packings sphere_packings         lmp -in in.sphere_packings -var mu 0
 steady_shear    steady_shear            lmp -in in.steady_shear -var grains 50 -var strain 0.02
-footing         footing                 lmp -in in.footing -var h 1 -var grains 50 -var stop 10 -var frames 2
-footing_full    footing                 lmp -in in.footing -var h 1 -var grains 50 -var stop 5 -var domain full -var ground mirrored -var preset standard
-footing_drawn   footing                 lmp -in in.footing -var h 1 -var grains 50 -var stop 5 -var ground different -var packings 2 -var prep 0.3 -var thickness 0.1
-footing_elastic footing                 lmp -in in.footing -var h 0.5 -var model elastic -var stop 40 -var frames 1
-footing_ranks   footing                 lmp_ranks -in in.footing -var h 1 -var grains 50 -var stop 10 -var balance 4
+footing         footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 10 -var frames 2
+footing_full    footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 5 -var domain full -var ground mirrored -var preset standard
+footing_drawn   footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 5 -var ground different -var packings 2 -var prep 0.3 -var thickness 0.1
+footing_elastic footing                 lmp -in study.footing -var h 0.5 -var model elastic -var stop 40 -var frames 1
+footing_ranks   footing                 lmp_ranks -in study.footing -var h 1 -var grains 50 -var stop 10 -var balance 4
 random_field    random_field            lmp -in in.random_field -var h 0.1
 random_footing  random_footing          lmp -in in.random_footing -var h 1 -var grains 50 -var seeds 4 -var within 0.02 -var stop 5
 mirrored        random_footing          lmp -in in.random_footing -var h 1 -var grains 50 -var seeds 4 -var within 0.02 -var stop 5 -var ground mirrored
 tresca          strip_footing           lmp -in in.strip_footing -var law tresca -var h 0.5 -var duration 0.2
 mohr_coulomb    strip_footing           lmp -in in.strip_footing -var h 0.5 -var duration 0.2
-collapse        column_collapse         lmp -in in.column_collapse -var a 1 -var h 0.25 -var periods 0.5
-collapse_grains column_collapse         lmp -in in.column_collapse -var law rve -var a 1 -var h 0.5 -var grains 50 -var periods 0.2
+collapse        column_collapse         lmp -in study.column_collapse -var a 1 -var h 0.25 -var periods 0.5
+collapse_grains column_collapse         lmp -in study.column_collapse -var law rve -var a 1 -var h 0.5 -var grains 50 -var periods 0.2
 collapse_space  column_collapse         lmp -in in.column_collapse_3d -var h 0.25 -var periods 0.5
-slope           slope                   lmp -in in.slope -var n 4 -var waves 5
+slope           slope                   lmp -in study.slope -var n 4 -var waves 5
 elastic         strip_footing           lmp -in in.strip_footing -var law elastic -var h 0.5 -var duration 0.2
 crosscheck      crosscheck              lmp -in in.prepare && lmp -in in.grains_in_rve -var start start.rve -var drive shear -var rate 0.05 -var out rve && lmp -in in.grains_in_lammps -var start start.data -var drive shear -var rate 0.05 -var out lammps && rm lammps.contacts lammps.grains
 states          validation              lmp -in in.element -var test biaxial -var steps 1000

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs in.column_collapse or in.column_collapse_3d over aspect ratios: run-out and height of the deposit beside experiments.
+"""Runs study.column_collapse or in.column_collapse_3d over aspect ratios: run-out and height of the deposit beside experiments.
 
     python3 column_collapse.py                    nine ratios, two minutes of one core; column_collapse.txt
     python3 column_collapse.py --short            three ratios on a coarser grid, seconds
@@ -97,7 +97,7 @@ def collapse(options, a, law, h, ppc):
     """Low columns have as many cells over their height as others over their width."""
     name = f"{law}_{a:g}"
     h = min(h, h * a)
-    harness.run_lmp(options, "in.column_collapse", name, a=a, law=law, h=h, ppc=ppc, friction=options.friction)
+    harness.run_lmp(options, "study.column_collapse", name, a=a, law=law, h=h, ppc=ppc, friction=options.friction)
     frames = list(dumps.frames(os.path.join(options.dir, f"points.{name}")))
     last = frames[-1]
     potential = 0.5 * 9.81 * a * WIDTH[law]    # per mass

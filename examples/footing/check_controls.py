@@ -4,7 +4,7 @@
 
     python3 check_controls.py <lmp> [--var name value ...] [--mpi "mpirun -np 2"] [--dir controls] [--reuse]
 
-Four runs of in.footing: as it is; -var model elastic; -var mu 0; -var qs 40000 (the packing is made at that pressure, too). The plateau
+Four runs of study.footing: as it is; -var model elastic; -var mu 0; -var qs 40000 (the packing is made at that pressure, too). The plateau
 is the mean of the pressure over the last quarter of the settlement. Exit status 1 if a control fails, 2 if a run does. Needs no
 module besides the standard library.
 """
@@ -58,12 +58,12 @@ class Curve:
 
 
 def run(options, name, variables):
-    """The curve of one run of in.footing in the directory of the options."""
+    """The curve of one run of study.footing in the directory of the options."""
     path = os.path.join(options.dir, "curve." + name)
     if not (options.reuse and os.path.exists(path)):
         # of two values for a variable LAMMPS takes the first
         given = [word for pair in [variables] + options.var if pair for word in ["-var"] + pair]
-        command = shlex.split(options.mpi) + [os.path.abspath(options.lmp), "-in", os.path.join(HERE, "in.footing")]
+        command = shlex.split(options.mpi) + [os.path.abspath(options.lmp), "-in", os.path.join(HERE, "study.footing")]
         command += given + ["-var", "out", name, "-log", "log." + name, "-screen", "none"]
         print("running:", " ".join(command), flush=True)
         if subprocess.run(command, cwd=options.dir).returncode != 0:
@@ -80,7 +80,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("lmp", help="the LAMMPS executable with the package in it")
     parser.add_argument("--var", nargs=2, action="append", default=[], metavar=("name", "value"),
-                        help="a variable of in.footing for all runs; repeatable (cheaper: --var grains 100; finer: --var h 0.25)")
+                        help="a variable of study.footing for all runs; repeatable (cheaper: --var grains 100; finer: --var h 0.25)")
     parser.add_argument("--mpi", default="", help="what goes in front of lmp")
     parser.add_argument("--dir", default="controls", help="where runs write")
     parser.add_argument("--reuse", action="store_true", help="take curves that are there already")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Draws what in.footing wrote: the pressure-settlement curve and the fields of the last dump frame.
+"""Draws what study.footing wrote: the pressure-settlement curve and the fields of the last dump frame.
 
     python3 plot_footing.py [curve.footing ...] [--fields fields.footing] [--out footing.png] [--rves rves.png]
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs in.footing in many variants, one after another, and writes what they show as rows of bench/results.
+"""Runs study.footing in many variants, one after another, and writes what they show as rows of bench/results.
 
     python3 study.py --list                                    the cases, and the groups that they belong to
     python3 study.py --lmp <lmp> --cases half,full             two of them, at the paper's scale
@@ -40,7 +40,7 @@ REST = 0.01            # and below which little has happened to it
 
 
 class Case:
-    """A run of in.footing: its variables, and what it is compared with."""
+    """A run of study.footing: its variables, and what it is compared with."""
 
     def __init__(self, name, groups, variables="", ranks=1, base=None, what=""):
         self.name, self.groups, self.ranks, self.base, self.what = name, groups.split(), ranks, base, what
@@ -271,8 +271,8 @@ def run(options, case):
         if key not in words:
             words += ["-var", key, value]
     front = shlex.split(options.mpi.format(ranks=case.ranks)) if case.ranks > 1 or options.mpi_always else []
-    command = front + [os.path.abspath(options.lmp), "-in", os.path.join(HERE, "in.footing")] + words
-    told = " ".join(front + ["lmp", "-in", "in.footing"] + [shlex.quote(word) for word in words])
+    command = front + [os.path.abspath(options.lmp), "-in", os.path.join(HERE, "study.footing")] + words
+    told = " ".join(front + ["lmp", "-in", "study.footing"] + [shlex.quote(word) for word in words])
     print(f"{name}: {told}", flush=True)
     with open(os.path.join(options.dir, "screen." + name), "w") as screen:
         status = subprocess.run(command + ["-var", "out", name, "-log", "log." + name], cwd=options.dir, stdout=screen, stderr=subprocess.STDOUT).returncode

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Draws what in.retaining_wall wrote: K against the movement of the wall, and the strain of two runs.
+"""Draws what study.retaining_wall wrote: K against the movement of the wall, and the strain of two runs.
 
     python3 plot_retaining_wall.py active passive [--out retaining_wall.png]
 

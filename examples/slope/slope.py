@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs in.slope for several slopes: the weight at which they fail, against limit analysis with log spirals.
+"""Runs study.slope for several slopes: the weight at which they fail, against limit analysis with log spirals.
 
     python3 slope.py                    six slopes on two grids, two minutes of one core; slope.txt
     python3 slope.py --short            two slopes on the coarse grid, seconds
@@ -68,7 +68,7 @@ def failure(curve):
 def run(options, beta, phi, n):
     name = f"{beta}_{phi}_{n}"
     bound = log_spiral(beta, phi)
-    harness.run_lmp(options, "in.slope", name, beta=beta, phi=phi, psi=phi, n=n, first=0.4 * bound, last=1.4 * bound, waves=options.waves)
+    harness.run_lmp(options, "study.slope", name, beta=beta, phi=phi, psi=phi, n=n, first=0.4 * bound, last=1.4 * bound, waves=options.waves)
     curve = np.loadtxt(os.path.join(options.dir, f"curve.{name}"))
     return {"beta": beta, "phi": phi, "n": n, "bound": bound, "number": failure(curve), "curve": curve, "fields": os.path.join(options.dir, f"fields.{name}")}
 

@@ -39,7 +39,7 @@ namespace {
 
 // Largest number of grains in all packings of a library
 constexpr bigint MOST_GRAINS = 100000000;
-// Packings with fewer grains are counted with this many grains in the limit MOST_GRAINS.
+// For the limit MOST_GRAINS, a packing with fewer grains counts as this many grains.
 constexpr int FEWEST_GRAINS = 100;
 
 /// Parsed arguments of the command.

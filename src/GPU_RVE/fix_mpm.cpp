@@ -70,7 +70,7 @@ int FixMpm::setmask()
   return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;
 }
 
-/// Checks styles that the script may define after this fix.
+/// Checks the styles that the script can define after this fix.
 void FixMpm::init()
 {
   if (update->whichflag == 2)
@@ -97,7 +97,7 @@ void FixMpm::init()
 
   for (const auto &other : modify->get_fix_list()) {
     if (other == this || group->count(other->igroup) == 0) continue;
-    // a fix rve may set time_integrate, but it moves no atoms
+    // a fix rve can have time_integrate set, but it moves no atoms
     if (other->time_integrate && !dynamic_cast<FixRve *>(other))
       error->all(FLERR,
                  "fix mpm {}: fix {} (style {}) integrates the same atoms; delete it, because fix "

@@ -14,8 +14,8 @@
 
 // Fix mpm integrates the atoms of a group as material points by the material point method. The
 // style parses the script, keeps the state of the points in per-atom arrays and calls the solver in
-// mpm/. It contains no formula of the method. ImplOf<D> (fix_mpm_impl.h) implements the fix; D is
-// the dimension of the LAMMPS domain.
+// mpm/. It contains no formulas of the material point method. ImplOf<D> (fix_mpm_impl.h) implements
+// the fix; D is the dimension of the LAMMPS domain.
 
 #ifdef FIX_CLASS
 // clang-format off
@@ -66,12 +66,12 @@ class FixMpm : public Fix {
   void write_restart(FILE *fp) override { impl->write_restart(fp); }
   void restart(char *buf) override { impl->restart(buf); }
 
-  /// Returns true if variables or regions that the fix evaluates in each step may read fixes or
-  /// computes.
+  /// Returns true if the variables or regions that the fix evaluates in each step can depend on
+  /// results of fixes or computes.
   bool reads_results() const { return impl->reads_results(); }
 
  private:
-  /// The hooks of LAMMPS, which ImplOf<D> implements for D dimensions.
+  /// Interface of the LAMMPS hooks. ImplOf<D> implements it for D dimensions.
   struct Impl : protected Pointers {
     using Pointers::Pointers;
     virtual void find_models() = 0;

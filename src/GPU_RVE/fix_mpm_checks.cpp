@@ -22,9 +22,9 @@ namespace {
 
 // steps between two comparisons of the local damping force with reactions
 constexpr int DAMPING_EVERY = 50;
-// ratio of the local damping force to the largest reaction above which a warning is printed [-]
+// A warning is printed above this ratio of the local damping force to the largest reaction [-].
 constexpr double DAMPING_WARN = 0.01;
-// ratio of the volume of points in a cell to the volume of the cell above which it is too full [-]
+// A cell is too full above this ratio of the volume of its points to its own volume [-].
 constexpr double FULL = 1.3;
 
 /// Shares of the volume of a cell that the boxes of points fill.
@@ -34,8 +34,8 @@ struct CellShare {
 };
 using CellShares = std::unordered_map<std::int64_t, CellShare>;
 
-/// Sums the shares of each cell over all ranks. Each rank returns the sums of some cells: those of
-/// cell number c are on the rank c modulo the number of ranks. Collective.
+/// Sums the shares of each cell over all ranks. Each rank returns the sums of some cells: cell c
+/// belongs to the rank whose number is c modulo the number of ranks. Collective.
 std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
 {
   int num_ranks;
@@ -73,9 +73,10 @@ std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
   return sums;
 }
 
-/// Adds the share of each cell that the box of point i fills to the member `by` of the cell. The
-/// box has the volume of the point. Its sides are parallel to the axes and proportional to the
-/// initial sides times the diagonal of the deformation gradient.
+/// Adds a share to the member `by` of each cell that the box of point i meets: the part of the
+/// volume of the cell that the box fills. The box has the volume of the point. Its sides are
+/// parallel to the axes and proportional to the initial sides times the diagonal of the deformation
+/// gradient.
 template <int D>
 void fill(const mpm::Grid<D> &grid, const mpm::PointView<D> &points, int i, double CellShare::*by,
           CellShares &filled)
@@ -157,7 +158,7 @@ template <int D> void MpmChecks<D>::check_positions() const
 template <int D> void MpmChecks<D>::check_overlap()
 {
   if (warned_overlap) return;
-  bigint several[2] = {0, 0};    // points of several models, and of several bodies
+  bigint several[2] = {0, 0};    // points in the groups of several models, and of several bodies
   for (int i = 0; i < atom->nlocal; i++) {
     const auto count = [mask = atom->mask[i]](const auto &groups) {
       return std::count_if(groups.begin(), groups.end(),
@@ -200,7 +201,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   for (const CellShare &cell : summed_over_ranks(world, filled)) {
     if (!(cell.by_new > 1e-6)) continue;
     cells++;
-    // a cell is not counted if new points fill at most FULL - 1 of it: older points alone fill it
+    // skip a cell if new points fill at most FULL - 1 of it: then the older points alone fill it
     if (!(cell.by_all > FULL && cell.by_new > FULL - 1.0)) continue;
     over++;
     fullest = std::max(fullest, cell.by_all);
@@ -225,8 +226,8 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   if (comm->me == 0) error->warning(FLERR, "fix mpm {}: {}", setup.fix->id, text);
 }
 
-/// LAMMPS deletes atoms outside of the simulation box when it exchanges atoms. A body may lose
-/// points that leave its group but still exist; this is no error.
+/// LAMMPS deletes atoms outside of the simulation box when it exchanges atoms. It is no error if
+/// points leave the group of a body but still exist.
 template <int D> void MpmChecks<D>::check_bodies(const Points &points, bool advance)
 {
   const std::size_t bodies = setup.settings.bodies.size();

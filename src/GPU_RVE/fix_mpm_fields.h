@@ -18,7 +18,8 @@ template <int D> struct MpmFields : mpm::PointArrays<D> {
   static constexpr double NO_LAW = -1.0;
 
   std::vector<mpm::Vec<D>> reference;    // initial position [length]
-  // Constitutive law whose state variables the point has: its index in MemoryLayout, or NO_LAW.
+  // Index in MemoryLayout of the constitutive law whose state variables the point stores, or
+  // NO_LAW.
   std::vector<double> remembering;
 
   /// Data of a point in messages between ranks and in restart files. The state variables of the

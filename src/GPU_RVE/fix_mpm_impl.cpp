@@ -176,7 +176,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
   members_are_sound = false;
 }
 
-/// A dynamic group may lose points in a run, or get points without RVEs.
+/// A dynamic group can lose points in a run, or get points without RVEs.
 template <int D> void FixMpm::ImplOf<D>::find_members_of_run()
 {
   find_members();
@@ -241,7 +241,7 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
     ground.check_strength(points(), made);
   copy_masses();
   checks.check_volume(points(), made, false);
-  // other fixes and the variables of this fix may read the columns before setup() ends
+  // other fixes and the variables of this fix can read the columns before setup() ends
   fill_output();
 }
 
@@ -257,7 +257,7 @@ template <int D> void FixMpm::ImplOf<D>::pre_force()
   claim_points();
   const std::vector<int> made = make_points(true);
   if (settings.in_situ.given) begin_in_situ(made);
-  ground.forget();    // no report, because unbalanced forces now include those of the motion
+  ground.forget();    // no report, because in motion the unbalanced forces are not 0
   copy_masses();
   checks.check_volume(points(), made, true);
 }
@@ -388,7 +388,7 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
   if (!this->has_grains()) progress.step_done();
 }
 
-/// The per-atom output can be outdated here, because a run may end before its last step.
+/// The per-atom output can be outdated here, because a run can end before its last step.
 template <int D> void FixMpm::ImplOf<D>::post_run()
 {
   if (output_is_old) fill_output();
@@ -505,7 +505,7 @@ template <int D> int FixMpm::ImplOf<D>::pack_exchange(int i, double *buf)
   claim_points();
   Fields::pack_point(i, buf);
   double *const columns = std::copy_n(memory_of(i), layout.width(), buf + DOUBLES);
-  // the columns are sent with the point, because variables may read them before the step ends
+  // the columns are sent with the point, because variables can read them before the step ends
   std::copy_n(fix->array_atom[i], fix->size_peratom_cols, columns);
   return fix->maxexchange;
 }

@@ -101,39 +101,41 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
 
   mpm::MemoryLayout layout;
   std::vector<double> rows;         // state variables; shape [nmax][layout.width()]
-  std::vector<int> law_of_model;    // index in `layout` of the law of each model
-  std::vector<int> law_of_file;     // index in `layout` of each law of the restart file, or -1
+  std::vector<int> law_of_model;    // for each model, the index of its law in `layout`
+  std::vector<int> law_of_file;     // for each law of the restart file, its index in `layout` or -1
   std::vector<int> size_in_file;    // number of state variables of each law in the restart file
   // state_columns: names of the output columns from STATE on. index_of_law[law][column]: index of
-  // the state variable with that name in the row of a point of the law, or -1.
+  // the state variable with the name of the column among the state variables of the law, or -1 if
+  // the law has none.
   std::vector<std::string> state_columns;
   std::vector<std::vector<int>> index_of_law;
-  // For each column from STATE on, the point field with the name of the column, or null. A point
-  // whose law has no state variable of this name outputs the field.
+  // For each column from STATE on, the point field with the name of the column, or null. The column
+  // shows the field for points whose law has no state variable of this name.
   std::vector<const std::vector<double> *> field_columns;
 
   double *memory_of(int i) { return rows.data() + (std::size_t) i * layout.width(); }
   int num_columns() const { return STATE + (int) state_columns.size(); }
 
-  /// Lays out the state variables of all laws, and chooses those that are columns of the output.
+  /// Lays out the state variables of all laws, and chooses the state variables that become output
+  /// columns.
   void lay_out_memory();
 
   /// Initialises the state variables of a point for the law of its present model.
   void begin_memory(int i);
 
-  // IDs of the local points, and the indices of their models and rigid bodies (-1: none). Groups
-  // determine the model and the body of a point.
+  // IDs of the local points, and the indices of their models and rigid bodies (-1: none). The
+  // groups of an atom determine its model and its body.
   std::vector<std::int64_t> ids;
   std::vector<int> model, body;
   // members_are_known: `ids`, `model`, `body` and the state variables are up to date.
-  // members_are_sound: find_members_of_run() has checked all points since they changed.
+  // members_are_sound: find_members_of_run() has checked all points since their last change.
   bool members_are_known = false, members_are_sound = false;
 
-  /// Copies fields that a device has changed to the arrays of the host.
+  /// Copies the fields that a device has changed back to the arrays on the host.
   void fetch_points() { solver->fetch(points()); }
 
-  /// Must be called before the host changes data, number or order of the points. Fetches the points
-  /// from the device and marks the copies of the solver as outdated.
+  /// Must be called before the host changes the data, the number or the order of the points.
+  /// Fetches the points from the device and marks the copies of the solver as outdated.
   void claim_points()
   {
     fetch_points();
@@ -159,21 +161,24 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   bool make_point(int i, bool in_run);
   /// Initialises the points of all new atoms. Returns the new deformable points.
   std::vector<int> make_points(bool in_run);
-  /// Copies the masses of points to atom->rmass, for fix gravity. If masses belong to atom types,
-  /// ends with an error if the mass of a deformable point differs from that of its type.
+  /// Copies the masses of points to atom->rmass, for fix gravity. Without atom->rmass, fix gravity
+  /// uses the masses of atom types; the function then ends with an error if the mass of a
+  /// deformable point differs from the mass of its type.
   void copy_masses();
 
   mpm::PointView<D> points();
 
-  /// Sets stress, mass and state variables of the new points `made` to in-situ values; collective.
+  /// Sets the stress, mass and state variables of the new points `made` to in-situ values;
+  /// collective.
   void begin_in_situ(const std::vector<int> &made);
-  /// Advances the points by one step. Only evaluates forces if `advance` is false. Collective.
+  /// Advances the points by one step. If `advance` is false, it evaluates only the forces.
+  /// Collective.
   void solve(bool advance);
   /// Fills the per-atom output.
   void fill_output();
-  /// Looks up the next law of the restart file, which has the name `word`. Ends with an error if
-  /// `names`, the state variables of the law in the file, differ from those of the law in this
-  /// program.
+  /// Appends an entry to law_of_file and size_in_file for the next law of the restart file. `word`
+  /// is the name of the law, and `names` are its state variables in the file. Ends with an error if
+  /// this program has the law with other state variables.
   void find_law(const std::string &word, const std::string &names);
 };
 

@@ -28,8 +28,8 @@ constexpr double ERROR_OF_WEIGHT = 1e-4, ERROR_OF_STRESS = 1e-5;
 // Unbalanced force at rest above which a warning is printed [weight of a cell]
 constexpr double UNBALANCED_WARN = 1e-3;
 
-// Relative change of a stress by its law at zero strain above which the stress counts as beyond the
-// strength of the law: norm of the change over norm of the stress [-].
+// A stress counts as beyond the strength of its law if the law changes it at zero strain by more
+// than this ratio: norm of the change divided by norm of the stress [-].
 constexpr double BEYOND_STRENGTH = 1e-6;
 
 }    // namespace
@@ -99,8 +99,8 @@ std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &m
   return values;
 }
 
-/// Returns the profile of the density over height. The value of a level is the mean over the points
-/// that take the density of their RVEs.
+/// Returns the profile of the density over height. At each level it has the mean density of the
+/// points there whose density comes from their RVEs.
 template <int D>
 macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const Atoms &made,
                                                      const macro::GroundAtRest &ground) const
@@ -249,7 +249,7 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
-    // the density must be the one whose weight the stress balances
+    // without a density of the script, the point gets the density whose weight the stress balances
     const double given = setup.given_density(points, i);
     const double density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
     starts.push_back({stress_at(points, i, goal), density, {}});

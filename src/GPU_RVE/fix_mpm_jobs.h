@@ -33,7 +33,8 @@ template <int D> struct MpmSetup {
   FixMpm *const fix;
   MpmSettings<D> settings;
   std::unique_ptr<mpm::MpmSolver<D>> solver;
-  std::vector<FixRve *> grains;    // fix of the RVEs of each model, or null for an analytic law
+  // for each model, the fix rve with its RVEs, or null for an analytic law
+  std::vector<FixRve *> grains;
   std::vector<mpm::Constitutive<D> *> laws;    // law of each model
   std::vector<int> turning;                    // rigid bodies that can turn
 
@@ -46,8 +47,8 @@ template <int D> struct MpmSetup {
 
   /// Looks up the fixes of the models and passes the laws to the solver.
   void find_models();
-  /// Ends with an error if the fix of a model was deleted. A run with "pre no" does not call
-  /// init(), which would look the fixes up again.
+  /// Ends with an error if the fix of a model was deleted. The check is needed in a run with "pre
+  /// no", because LAMMPS then does not call init(), which looks up the fixes.
   void check_sources() const;
   /// Changes parameters of models. `when` is the beginning of the log line. The arrays of the host
   /// must be up to date.
@@ -115,8 +116,8 @@ template <int D> class MpmLoads : protected Pointers {
   {
   }
 
-  /// Evaluates the loads and velocities of the script and advances the points by one step. Only
-  /// evaluates forces if `advance` is false.
+  /// Evaluates the loads and velocities of the script and advances the points by one step. If
+  /// `advance` is false, it evaluates only the loads, velocities and forces.
   void solve(const Points &points, bool advance);
 
   /// Returns the largest velocity component that the script prescribes for any body in the last
@@ -125,8 +126,8 @@ template <int D> class MpmLoads : protected Pointers {
   std::vector<Vec>
       displacement;    ///< displacement of each body since the fix was defined [length]
 
-  /// Returns true if variables or regions that are evaluated in each step may read fixes or
-  /// computes.
+  /// Returns true if the variables or regions that are evaluated in each step can depend on results
+  /// of fixes or computes.
   bool reads_results() const;
 
  private:
@@ -162,7 +163,7 @@ template <int D> class MpmWaves : protected Pointers {
   void check_rounding(const Points &points, double body_speed);
   /// Warns of a time step that is far below the stable one.
   void check_time_step() const;
-  /// Warns of dashpots that reflect much of the stress of a wave.
+  /// Warns of dashpots that reflect a large part of the stress of a wave.
   void check_absorbing_sides(const Points &points);
 
  private:
@@ -191,20 +192,21 @@ template <int D> class MpmChecks : protected Pointers {
   /// Warns once of points in the groups of several models or bodies.
   void check_overlap();
   /// Warns if the points in a cell have more volume than the cell: they overlap or are too large.
-  /// Checks the cells of the new points `made`, where older points count, too. Ends with an error
-  /// if all points are new and most of their cells are too full. Warns at most once in a run.
+  /// Checks only the cells with new points (`made`), but sums the volume of all points in them.
+  /// Ends with an error if all points are new and most of their cells are too full. Warns at most
+  /// once in a run.
   void check_volume(const Points &points, const std::vector<int> &made, bool in_run);
-  /// Ends with an error if a rigid body has lost points since the last call. Only counts the points
-  /// if `advance` is false.
+  /// Ends with an error if a rigid body has lost points since the last call. If `advance` is false,
+  /// it counts the points without comparing the counts with those of the last call.
   void check_bodies(const Points &points, bool advance);
   /// Warns of points inside of bodies that can turn, before these bodies move.
   void check_enclosed(const Points &points) const;
-  /// Logs once how many nodes of the grid the ranks have.
+  /// Logs once how many nodes of the grid each rank stores.
   void report_parts();
 
-  // Local damping is a force on the nodes without a reaction. The next functions compare this force
-  // with the largest reaction in some steps of a run, and report the mean ratio at the end of the
-  // run.
+  // Local damping is a force on the nodes without a reaction. The next functions sum this force and
+  // the largest reaction over some steps of a run, and report the ratio of both sums at the end of
+  // the run.
 
   void begin_damping() { damping_sum = reaction_sum = 0.0; }
   void add_damping();
@@ -230,7 +232,7 @@ template <int D> class MpmChecks : protected Pointers {
   Box box() const;
 };
 
-/// Finds the stress in situ of new points, and reports unbalanced forces.
+/// Finds the in-situ stress of new points, and reports unbalanced forces.
 template <int D> class MpmGround : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
@@ -244,12 +246,12 @@ template <int D> class MpmGround : protected Pointers {
   struct Start {
     Tensor stress;     ///< Cauchy stress [stress]
     double density;    ///< [mass/length^3]
-    /// Stress out of the plane, for plane laws with this state variable [stress].
+    /// Out-of-plane stress [stress]; only for plane laws that store it as a state variable.
     std::optional<double> across_plane;
   };
   using Starts = std::vector<Start>;
-  /// Finds the stress in situ of the new points `made` and brings their RVEs to it. Returns their
-  /// initial states in the same order.
+  /// Finds the in-situ stress of the new points `made` and brings their RVEs to this stress.
+  /// Returns their initial states in the same order.
   Starts find(const Points &points, const Atoms &made);
   /// Warns of points in `made` whose stress is beyond the strength of their law. The law changes
   /// such a stress even at zero strain.
@@ -257,7 +259,7 @@ template <int D> class MpmGround : protected Pointers {
   /// Reports the largest unbalanced force if there are new points since the last report. The nodal
   /// forces must have been evaluated.
   void report(const Points &points);
-  /// Cancels the report of the present new points.
+  /// Cancels the report that is due for the points created so far.
   void forget() { is_new = false; }
 
  private:
@@ -290,12 +292,12 @@ template <int D> class MpmTimes : protected Pointers {
 
   void begin_run() { std::fill_n(seconds, (int) PARTS, 0.0); }
   void begin_step() { begun = now(); }
-  /// Marks the end of the solution of a step, before the output columns are filled.
+  /// Marks the time at which a step is solved and the output columns are not filled yet.
   void end_solution() { solved = now(); }
   void end_step();
-  /// Logs the mean wall times of a step over all ranks at the end of a long run.
+  /// Logs the wall times per step at the end of a long run, as means over all ranks.
   void report() const;
-  /// Returns the longest time of a part over all ranks [seconds].
+  /// Returns the wall time of a Part in this run, maximum over all ranks [seconds].
   double longest(int part) const;
 
  private:

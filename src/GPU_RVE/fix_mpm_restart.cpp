@@ -18,7 +18,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Beginning of a line of the head that names a law. The next line has its state variables.
+// Beginning of a line of the head that names a law. The next line has the names of its state
+// variables.
 const std::string STATE_OF = "state of ";
 // Line before the arguments of a fix_modify of a model. It appears only if fix_modify has changed a
 // model.
@@ -79,7 +80,7 @@ template <int D> void MpmRestartHead<D>::write(FILE *fp) const
 /// Returns the numbers of a head. Errors end in error->all. They begin with `name`.
 static std::vector<double> numbers_of_head(Error *error, const std::string &name, const char *buf)
 {
-  double version, first[HEAD_FIRST];    // copies, because `buf` may not be aligned
+  double version, first[HEAD_FIRST];    // copies, because `buf` can be unaligned
   memcpy(&version, buf, sizeof(version));
   if (version != -MPM_RESTART_VERSION) {
     // files of versions 1 and 2 begin with the number of bodies
@@ -151,7 +152,7 @@ std::string LAMMPS_NS::mpm_differences(const MpmArguments &then, const MpmArgume
     return about == "volume" || about == "density" || about == "stress" || about == "insitu" ||
         utils::strmatch(about, "^\\S+ \\S+ density$");    // density of a model or body
   };
-  // returns the values of a keyword; those of several loads on the same points are joined
+  // returns the values of a keyword; joins the values of several loads on the same points
   const auto values_of = [](const MpmArguments &words, const std::string &about) {
     std::string all;
     for (const auto &[other, values] : words)

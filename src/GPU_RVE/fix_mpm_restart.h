@@ -21,7 +21,7 @@ constexpr int MPM_RESTART_VERSION = 8;
 /// Returns a checksum of `count` numbers, stored in the bits of a double.
 double mpm_checksum(const double *numbers, std::size_t count);
 /// Returns true if two checksums have the same bits. Operator == does not work, because a checksum
-/// may have the bits of a NaN.
+/// can have the bits of a NaN.
 bool is_same_checksum(double a, double b);
 
 /// The head of fix mpm in a restart file.
@@ -38,14 +38,15 @@ template <int D> struct MpmRestartHead {
 
   /// Writes the size in bytes and the head.
   void write(FILE *fp) const;
-  /// Reads a head. Errors end in error->all. They begin with `name`, the name of the fix.
+  /// Reads a head. Errors end in error->all, with messages that begin with `name`, the name of the
+  /// fix.
   static MpmRestartHead read(LAMMPS *lmp, const std::string &name, const char *buf);
 };
 
 /// Returns the keywords whose values differ between `then` and `now`, as in "damping 0.05 -> 0,
-/// ...", or "" if there are none. If `of_points` is true, compares only the keywords whose old
-/// values existing points keep (volume, density, stress, insitu); otherwise compares only the other
-/// keywords. Keywords without influence on results are omitted.
+/// ...", or "" if there are none. If `of_points` is true, compares only volume, density, stress and
+/// insitu, because points of the restart file keep the old values of these keywords. If it is
+/// false, compares only the other keywords. Keywords without influence on results are omitted.
 std::string mpm_differences(const MpmArguments &then, const MpmArguments &now, bool of_points);
 
 }    // namespace LAMMPS_NS

@@ -27,18 +27,18 @@ constexpr double FAR_FROM_ORIGIN = 10.0;
 // Relative rounding error of the motion in a step above which a warning is printed
 constexpr double ROUNDING_WARN = 0.01;
 
-// Ratio above which a warning is printed: wave speed of an absorbing side over that of its points,
-// or the inverse
+// A warning is printed if the wave speed of an absorbing side and the wave speed of the points next
+// to it differ by more than this factor.
 constexpr double WRONG_SPEED = 2.0;
 // Ratio of the lowest wave speed of RVEs to the upper bound from their contacts [-]. It is the
-// square root of a ratio of moduli: disks prepared with a friction of 0.5 have 0.54 of the modulus
-// of the bound.
+// square root of a ratio of moduli: for disks that were prepared with a friction of 0.5, the
+// modulus is 0.54 times its upper bound.
 constexpr double BOUND_OF_GRAINS = 0.73;
 
 }    // namespace
 
-/// Finds the `wave_tests` RVEs with the highest wave-speed bounds on all ranks. Returns those of
-/// their atoms that are on this rank. Atoms with equal bounds are ordered by ID.
+/// Finds the `wave_tests` RVEs with the highest wave-speed bounds on all ranks. Returns the atoms
+/// of these RVEs that are on this rank. Atoms with equal bounds are ordered by ID.
 template <int D>
 std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source,
                                       const mpm::Constitutive<D> &law) const
@@ -112,7 +112,8 @@ template <int D> void MpmWaves<D>::check_courant(const Points &points, double bo
   check_rounding(points, body_speed);
 }
 
-/// Coordinates are doubles. Far from the origin they are multiples of a large quantum.
+/// Coordinates are doubles, and the distance between neighboring doubles grows with their distance
+/// from the origin.
 template <int D> void MpmWaves<D>::check_rounding(const Points &points, double body_speed)
 {
   if (warned_rounding) return;
@@ -158,8 +159,8 @@ template <int D> void MpmWaves<D>::check_time_step() const
 }
 
 /// Dashpots with n times the impedance of the points reflect |n - 1|/(n + 1) of the stress of a
-/// wave: a third for n = 2 or 1/2. Smaller reflections cause no warning, because a side may
-/// represent another material than the material of the points.
+/// wave: a third for n = 2 or 1/2. Smaller reflections cause no warning, because a side can
+/// represent another material than that of the points.
 template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
 {
   const mpm::SolverOptions<D> &options = setup.settings.options;

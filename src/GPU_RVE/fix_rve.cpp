@@ -118,12 +118,12 @@ void FixRve::init()
 }
 
 /// Sets time_integrate so that LAMMPS counts one fix that integrates. LAMMPS warns if there is no
-/// such fix, and if several fixes integrate the same atoms. RVEs may advance alone, or while
-/// another fix moves their atoms.
+/// such fix, and if several fixes integrate the same atoms. RVEs can advance while no fix moves
+/// their atoms, or while another fix moves them.
 void FixRve::claim_integration()
 {
   time_integrate = 1;
-  bool is_before = true;    // the first of several fixes rve counts
+  bool is_before = true;    // of several fixes rve, only the first is counted
   for (const Fix *other : modify->get_fix_list()) {
     if (other == this)
       is_before = false;

@@ -71,12 +71,13 @@ class FixRve : public Fix {
   static FixRve *find(class LAMMPS *, const std::string &id, const std::string &who);
   struct Impl;
   template <int D> struct ImplOf;
-  /// Returns the RVEs of this rank by an interface that does not depend on their dimension; see
-  /// fix_rve_attached.h.
+  /// Returns the RVEs of this rank through an interface that does not depend on their dimension;
+  /// see fix_rve_attached.h.
   Impl &rves() const { return *impl; }
   /// Returns the RVEs of this rank, which must be of dimension D; see fix_rve_impl.h.
   template <int D> ImplOf<D> &rves_of() const { return static_cast<ImplOf<D> &>(*impl); }
-  /// Returns true if variables that the fix evaluates in each step may read fixes or computes.
+  /// Returns true if variables that the fix evaluates in each step can depend on results of fixes
+  /// or computes.
   bool reads_results() const;
   /// Returns the RVEs as a material of fix mpm in a continuum of D dimensions. This fix rve owns
   /// the material. Ends with an error unless the script says `drive mpm`.

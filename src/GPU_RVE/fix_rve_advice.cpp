@@ -86,7 +86,8 @@ template <int D> void RveAdvice<D>::advise(bool at_start)
 
 template <int D> bool RveAdvice<D>::note_fast_strain(double share, double worst, tagint id)
 {
-  if (update->ntimestep <= update->firststep) return false;    // the last run has noted these steps
+  // the previous run has noted this step
+  if (update->ntimestep <= update->firststep) return false;
   fast_strain.share = std::max(fast_strain.share, share);
   if (worst > fast_strain.worst) {
     fast_strain.worst = worst;

@@ -16,7 +16,7 @@
 
 using namespace LAMMPS_NS;
 
-/// Returns the largest overlap over the sum of radii [-].
+/// Returns the largest ratio of an overlap to the sum of the two radii [-].
 template <int D> static double largest_overlap(const rve::RveStateOf<D> &state)
 {
   double largest = 0.0;
@@ -207,8 +207,8 @@ void AttachedRves<D>::report(const std::vector<int> &failed, const std::vector<i
     const int i = atoms[k];
     if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
     const rve::ResultOf<D> &result = point(i).result;
-    // a failed advance leaves the RVE in its state before the step; a new RVE has the state that
-    // failed
+    // After a failed advance the RVE has its state before the step, and the values are in its
+    // result. A new RVE has failed in its present state.
     const double overlap = is_new ? largest_overlap(state(i)) : result.largest_overlap;
     const double void_ratio = is_new ? state(i).void_ratio() : result.void_ratio;
     const std::string message = fmt::format(

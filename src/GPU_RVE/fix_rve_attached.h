@@ -31,8 +31,9 @@ struct FixRve::Impl : protected Pointers {
   FixRveSettings settings;
   double dt;                // DEM time step, or its upper limit with *substeps match* [time]
   std::vector<int> slot;    // number of the RVE in the engine, or -1; shape [nmax]
-  // true if the notes and the time-step check of the last advance are still to be handled, by
-  // synchronise_ranks() in the next step or by post_run()
+  // True if the notes and the time-step check of the last advance were postponed. Then
+  // synchronise_ranks() handles them in the next step, or post_run() handles them after the last
+  // step.
   bool checks_postponed = false;
   double restart_step = 0.0;    // step in the head of a restart file
   RestartRecords records;
@@ -58,13 +59,13 @@ struct FixRve::Impl : protected Pointers {
 
   /// Gives an RVE to every atom of the group that has none; collective.
   virtual void attach() = 0;
-  /// Brings the RVEs of these atoms to stresses, one goal for each, within `tolerance` [stress];
-  /// collective. An RVE that does not reach its goal ends in error->all.
+  /// Brings the RVE of each of these atoms to its stress in `goals`, which has the order of
+  /// `atoms`, within `tolerance` [stress]; collective. An RVE that does not reach its goal ends in
+  /// error->all.
   virtual macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
                                               const std::vector<macro::StressGoal> &goals,
                                               double tolerance) = 0;
-  /// Waits for the advance that is under way on this rank and takes over its results. Not
-  /// collective.
+  /// Waits for the advance that is under way on this rank and stores its results. Not collective.
   virtual void finish() = 0;
 
   /// Writes the head of the fix to a restart file: the settings of the RVEs. Called on rank 0 only;
@@ -94,13 +95,15 @@ struct FixRve::Impl : protected Pointers {
   /// Returns component n of the vector of the fix; collective.
   virtual double vector_component(int n) const = 0;
   virtual double bytes() const = 0;
-  /// Returns the mass of grains over the volume of the cell [mass/length^3].
+  /// Returns the bulk density of the RVE of an atom: the mass of its grains divided by the volume
+  /// of its cell [mass/length^3].
   virtual double bulk_density(int atom) const = 0;
   virtual mpm::Constitutive<2> *material_of_plane() = 0;
   /// Returns the RVEs as a material in three dimensions, or null if they consist of disks.
   virtual mpm::Constitutive<3> *material_of_space() = 0;
-  /// Measures the tangents of the RVEs of these atoms. Returns the largest P-wave modulus over its
-  /// upper bound from the contacts [-], or 0 if no tangent could be measured.
+  /// Measures the tangents of the RVEs of these atoms, and divides each measured P-wave modulus by
+  /// its upper bound from the contacts. Returns the largest ratio [-], or 0 if no tangent could be
+  /// measured.
   virtual double measured_wave_share(const std::vector<int> &atoms) const = 0;
   /// Sets the ratio of the wave moduli of the materials to the upper bounds from their contacts
   /// [-].
@@ -110,10 +113,10 @@ struct FixRve::Impl : protected Pointers {
   void find_variables();
   /// Returns the local atoms that have an RVE.
   std::vector<int> atoms_with_rve() const;
-  /// Returns the DEM time step and the DEM steps for a LAMMPS step of `lammps_dt` [time].
+  /// Returns the DEM time step and the number of DEM steps for a LAMMPS step of `lammps_dt` [time].
   macro::RveClock clock(double lammps_dt) const;
   /// Ends with an error if a LAMMPS step needs too many DEM steps. Warns if the script sets no
-  /// timestep and the default is shorter than a DEM step.
+  /// timestep and the default is not longer than a DEM step.
   void check_clock() const;
   /// Ends with an error unless all atoms of the keyword *dump* have RVEs; collective.
   void check_dump() const;
@@ -134,8 +137,8 @@ struct FixRve::Impl : protected Pointers {
 
   bigint step_of_advance = -1;    // LAMMPS step of the last advance
   bool reports_last_advance = false;
-  /// Returns the LAMMPS step for messages: that of the last advance while its notes and checks are
-  /// handled, otherwise the present step.
+  /// Returns the LAMMPS step for messages. While the notes and checks of the last advance are
+  /// handled, it is the step of that advance; otherwise it is the present step.
   bigint reported_step() const
   {
     return reports_last_advance ? step_of_advance : update->ntimestep;
@@ -180,8 +183,8 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
     void operator=(std::unique_ptr<Points> _points) { points = std::move(_points); }
     Points *operator->() const { return get(); }
     Points &operator*() const { return *get(); }
-    /// Returns the RVEs without waiting. It is for the advance itself and for data that an advance
-    /// does not change.
+    /// Returns the RVEs without waiting. Use it only in the advance itself, and for data that an
+    /// advance does not change.
     Points &as_they_are() const { return *points; }
 
    private:
@@ -223,8 +226,8 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   /// Returns the number of DEM steps of the RVEs of this rank since their packings were read.
   double dem_steps() const;
 
-  /// Advances RVEs by prescribed motions, one for each atom. The results are complete if this step
-  /// needs complete results.
+  /// Advances RVEs by prescribed motions, one for each atom. Evaluates complete results only if
+  /// wants_details() is true.
   void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives);
   /// Ends with an error if a component of the tensor is not finite. `what` and `unit` describe the
   /// tensor in the message.
@@ -257,9 +260,11 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   }
 
  private:
-  /// Returns true if this step needs complete results. Other readers request them on demand.
+  /// Returns true if the fix itself needs complete results in this step: for the loading paths or
+  /// for the checks at the interval dt_check. Other readers request complete results when they read
+  /// them.
   bool wants_details() const;
-  /// Stores the step of an advance that begins, and whether its checks are postponed.
+  /// Called when an advance begins: stores its step, and whether its checks are postponed.
   void note_begin();
   void advance_by_drives(const std::vector<int> &atoms, macro::MacroIncrementsOf<D> &increments);
   /// Replaces failed RVEs by fresh ones. Returns the slots that could not be replaced.

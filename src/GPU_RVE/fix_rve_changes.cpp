@@ -27,7 +27,7 @@ namespace {
 // Head of the fix in a restart file, before the text of its settings. All members have eight bytes,
 // so that there is no padding.
 struct RestartHead {
-  double version;    // with a minus, because files without a version begin with the time step
+  double version;    // negative, because files without a version begin with the time step
   double step, dt, dt_auto, dt_fraction, mass_scaling;
   std::uint64_t num_packings, packings;    // number and checksum of the packings
   std::uint64_t length, checksum_of_account;
@@ -177,8 +177,8 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
                  [&] { rves.packings.change(kept, scaling, scaling_before); });
   is_continued = true;
 
-  // The numbers of grains of the RVEs, which are read next, are not known yet. The check assumes
-  // the smallest packing for all of them, so that it stops no run that has enough memory.
+  // The RVEs are read after this head, so their numbers of grains are not known yet. The check
+  // assumes the smallest packing for all of them, so that it stops no run that has enough memory.
   const auto in_group =
       std::count_if(atom->mask, atom->mask + atom->nlocal,
                     [groupbit = rves.fix->groupbit](int mask) { return (mask & groupbit) != 0; });
@@ -210,8 +210,9 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialArguments
   constexpr int NUM_PARAMETERS = std::size(rve::MATERIAL_PARAMETERS);
   std::vector<int> changed;
   std::vector<rve::Material> materials;
-  // extremes of each parameter over the RVEs in which it changes: negative of the least value and
-  // largest value before the change, then after the change
+  // Extremes of each parameter over the RVEs in which the parameter changes. Numbers 0 and 1 are
+  // the negative of the least value and the largest value before the change; numbers 2 and 3 are
+  // these values after the change.
   double range[NUM_PARAMETERS][4];
   int count[NUM_PARAMETERS] = {};
   std::fill_n(&range[0][0], 4 * NUM_PARAMETERS, -HUGE_VAL);
@@ -338,7 +339,7 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
 
 template <int D> void RveChanges<D>::warn_of_loss() const
 {
-  // no communication, because after an error other ranks may not call this
+  // no communication, because after an error the other ranks need not call this function
   if (!update || comm->me != 0 || !rves.has_run) return;
   error->warning(FLERR,
                  "fix rve {}: the fix is deleted with its RVEs, which have advanced; a new fix rve "

@@ -18,7 +18,8 @@
 
 using namespace LAMMPS_NS;
 
-// Largest number of notes that are printed in one step. The number of further notes follows.
+// Largest number of notes that are printed in one step. A last line has the number of the notes
+// that were not printed.
 static constexpr std::size_t MOST_NOTES = 8;
 
 /// Prints the notes of all ranks in the order of atom IDs. A step without notes costs one sum over

@@ -120,8 +120,8 @@ template <int D> std::vector<rve::DriveOf<D>> RveDrives<D>::drives(const std::ve
   for (std::size_t k = 0; k < atoms.size(); ++k)
     rves.check(drives[k].velocity_gradient, "velocity gradient", "[1/time]", atoms[k]);
   if (rves.settings.stress_goal.empty()) {
-    // with adaptive substeps the DEM steps of an RVE need not cover the LAMMPS step, but the strain
-    // is that of the LAMMPS step
+    // With adaptive substeps, the DEM steps of an RVE can take less time than the LAMMPS step, but
+    // they apply the strain of the whole LAMMPS step.
     const double dt_of_path = rves.settings.macro_step.adaptive ? update->dt / clock.substeps
                                                                 : clock.dt;
     for (std::size_t k = 0; k < drives.size(); ++k) {

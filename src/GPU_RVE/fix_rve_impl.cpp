@@ -44,7 +44,7 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
   settings.options.device_number = share.rank;
   if (!settings.threads_given) settings.options.threads = share.threads();
   settings.options.log = [fix = fix](const std::string &line) {
-    // one rank compiles kernels for all ranks of its machine, and that rank may have no log file
+    // one rank compiles the kernels for all ranks of its machine, and only rank 0 has a log file
     if (fix->comm->me != 0) {
       std::fprintf(stderr, "fix rve %s: %s\n", fix->id, line.c_str());
       return;
@@ -53,7 +53,7 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     utils::flush_buffers(fix->lmp);
   };
   std::string notice;
-  // some ranks may fail and others not, since there may be fewer devices than ranks
+  // some ranks can fail while others succeed, because there can be fewer devices than ranks
   collectively(lmp, settings.name(), [&] {
     settings.options.contacts = packings.contacts();
     auto engine = rve::make_engine<D>(settings.options, &notice);
@@ -148,7 +148,7 @@ template <int D> void FixRve::ImplOf<D>::post_run()
 {
   this->has_run = this->has_run || update->nsteps > 0;
   run_postponed_checks();
-  // the last steps of the run may come after the last check at the interval
+  // the run can have further steps after the last check at the interval
   const int interval = settings.dt_check_interval;
   if (interval && update->ntimestep % interval) {
     time_step.recheck(Check::Run);
@@ -217,8 +217,8 @@ template <int D> void FixRve::ImplOf<D>::attach()
 template <int D>
 void FixRve::ImplOf<D>::log_cell_limits(const std::vector<const State *> &states) const
 {
-  // Maxima over RVEs. worst[a]: share of its width along axis a below which a cell is too narrow.
-  // worst[D]: negative of the number of grains across the cell.
+  // Maxima over RVEs. worst[a]: a cell that is compressed below this share of its present width
+  // along axis a is too narrow. worst[D]: negative of the number of grains across the cell.
   double worst[D + 1] = {}, of_all[D + 1];
   worst[D] = -HUGE_VAL;
   for (const State *state : states) {
@@ -254,7 +254,7 @@ template <int D> void FixRve::ImplOf<D>::set_exchange_size()
     const int bound = RestartRecords::HEADER + points->record_bound(slot[i]);
     mine = std::max(mine, bound);
     if (settings.policy != RvePolicy::Fresh) continue;
-    // a fresh RVE may have more grains than the one that it replaces
+    // a fresh RVE can have more grains than the RVE that it replaces
     const double grains =
         static_cast<double>(this->point(i).result.num_grains) / points->copies(slot[i]);
     const double times = std::max(1.0, packings.most_grains() / std::max(grains, 1.0));
@@ -264,8 +264,8 @@ template <int D> void FixRve::ImplOf<D>::set_exchange_size()
   fix->maxexchange = std::max(fix->maxexchange, most);
 }
 
-/// A call in the step of the last advance leaves the checks of that advance postponed. The scheme
-/// USAVG makes such calls in the middle of a step.
+/// If the last advance was in the present step, its checks remain postponed. The scheme USAVG calls
+/// this function in the middle of a step.
 template <int D> void FixRve::ImplOf<D>::synchronise_ranks()
 {
   this->finish();

@@ -30,22 +30,24 @@ template <int D> class RveTimeStep : protected Pointers {
   /// warns once if `used` is near the bound. `whose` names the RVE or packing of the bound in
   /// messages.
   void check(double used, double bound, const std::string &whose);
-  /// Compares the time step with the present bounds of RVEs. Lowers an automatic step; warns of a
-  /// given step near the bound and ends with an error above it; collective.
+  /// Compares the time step with the present bounds of RVEs. If dt is automatic, lowers it where
+  /// necessary. If the script gives dt, warns if dt is near the bound, and ends with an error if it
+  /// is above the bound. Collective.
   void recheck(Check check);
-  /// Chooses an automatic step for the present RVEs and packings, or checks a given one;
-  /// collective.
+  /// Chooses the time step for the present RVEs and packings if dt is automatic, and otherwise
+  /// checks the dt of the script; collective.
   void choose();
 
   bool is_old = false;        // the step was chosen or checked for other materials or settings
-  bool has_warned = false;    // a warning of a step near the bound was printed
+  bool has_warned = false;    // the warning that the step is near the bound was printed
 
  private:
   struct LeastBound {
-    double dt;      ///< stable time step [time]; infinite if no RVE has one below `enough`
+    double dt;      ///< smallest stable time step [time]; infinite if it is not below `enough`
     tagint atom;    ///< ID of the atom of this RVE; the lowest ID if several RVEs have this step
   };
-  /// Returns the least stable time step of RVEs, if it is below `enough` [time]; collective.
+  /// Returns the smallest stable time step of these RVEs if it is below `enough` [time];
+  /// collective.
   LeastBound least(const std::vector<int> &atoms, double enough);
   /// Returns the local atoms whose RVEs a check covers.
   std::vector<int> atoms_to_check(Check check);
@@ -59,10 +61,10 @@ template <int D> class RveShadows : protected Pointers {
  public:
   explicit RveShadows(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
-  /// Adds or removes shadows until their number is that of the settings. The choice depends on atom
+  /// Adds or removes shadows until their number is that in the settings. The choice depends on atom
   /// IDs only; collective.
   void choose();
-  /// Relative deviations of the stresses of RVEs from those of their shadows.
+  /// Relative deviations of the stresses of RVEs from the stresses of their shadows.
   struct Report {
     double mean, largest;    ///< [-]
     tagint atom;             ///< ID of the atom with the largest deviation; 0 without shadows
@@ -73,30 +75,30 @@ template <int D> class RveShadows : protected Pointers {
   void log_report() const;
 
  private:
-  /// Keeps the `number` shadows that choose() would choose first, and removes the others;
+  /// Keeps `number` shadows, the first in the order of choose(), and removes the others;
   /// collective.
   void remove(int number);
 
   AttachedRves<D> &rves;
 };
 
-/// Warns about RVEs beyond a limit of the method, once for each kind of limit. A warning names the
-/// worst RVE.
+/// Warns about RVEs that are beyond a limit of the method. Each kind of limit causes at most one
+/// warning. A warning names the worst RVE.
 template <int D> class RveAdvice : protected Pointers {
  public:
   explicit RveAdvice(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
   /// Checks all RVEs and prints the warnings that are due; collective.
   void advise(bool at_start);
-  /// Logs the largest share of RVEs that strained too fast in this run, unless it is 0 or a warning
-  /// of fast strain was printed.
+  /// Logs the largest share of RVEs that strained too fast in a check of this run. Logs nothing if
+  /// the share is 0, or if a warning of fast strain was printed.
   void report_fast_strain();
 
  private:
   std::vector<rve::Advice> advice_on(int atom, bool at_start);
   /// Records a check in which the share `share` of the RVEs strained too fast [-]. `worst` is the
-  /// largest inertial number over its limit [-], and `id` is the ID of its atom. Returns true if a
-  /// warning is due, at most once in a run.
+  /// largest ratio of an inertial number to its limit [-], and `id` is the ID of the atom with this
+  /// ratio. Returns true if a warning is due, at most once in a run.
   bool note_fast_strain(double share, double worst, tagint id);
 
   AttachedRves<D> &rves;
@@ -105,7 +107,7 @@ template <int D> class RveAdvice : protected Pointers {
   /// quasi-static deformation.
   struct FastStrain {
     double share = 0.0;    // share of the RVEs above the limit [-]
-    double worst = 0.0;    // inertial number over the limit [-]
+    double worst = 0.0;    // largest ratio of an inertial number to the limit [-]
     tagint id = 0;         // ID of the atom with the largest inertial number
     bigint step = 0;       // step of the largest inertial number
     bool has_warned = false;
@@ -130,7 +132,7 @@ template <int D> class RveDrives : protected Pointers {
   PathReport path_report(int atom) const;
   /// Returns true if all RVEs that are not frozen are at the ends of their paths; collective.
   bool all_paths_ended() const;
-  /// Continues RVEs of a restart file on paths that have changed.
+  /// Continues the RVEs of a restart file on the changed paths of this script.
   void resume_paths(const macro::LoadPathsOf<D> &paths);
 
  private:
@@ -157,8 +159,8 @@ template <int D> class RveMemory : protected Pointers {
   bool warned_sharing = false;
 };
 
-/// Changes existing RVEs if a run continues from a restart file with other settings, and by
-/// fix_modify. The functions are collective unless noted.
+/// Applies changed settings to existing RVEs. Settings change by fix_modify, or if a run continues
+/// from a restart file with another script. The functions are collective unless noted.
 template <int D> class RveChanges : protected Pointers {
  public:
   RveChanges(AttachedRves<D> &_rves, RveTimeStep<D> &_time_step, RveDrives<D> &_drives,
@@ -196,7 +198,8 @@ template <int D> class RveChanges : protected Pointers {
   bool is_continued = false;
   double mass_scaling_of_rves = 1.0;
   std::vector<std::string> changes;    // texts as "friction 0.5 -> 0.3"
-  bool path_has_changed = false;       // the path is not that of the restart file
+  // the path of the script differs from the path of the restart file
+  bool path_has_changed = false;
 };
 
 }    // namespace LAMMPS_NS

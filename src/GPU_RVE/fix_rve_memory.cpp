@@ -42,8 +42,8 @@ template <int D> void RveMemory<D>::check(const std::vector<int> &grains)
   const bigint total = sum(bigint(mine), MPI_LMP_BIGINT);
   double free = memory.is_known ? static_cast<double>(memory.free) : HUGE_VAL;
   MPI_Allreduce(MPI_IN_PLACE, &free, 1, MPI_DOUBLE, MPI_MIN, sharers);
-  // Returns the memory for about `number` of the RVEs [bytes]. They are the first RVEs of each rank
-  // that shares the memory, in proportion to its number of RVEs.
+  // Returns the memory for about `number` of the RVEs [bytes]. Each rank that shares the memory
+  // counts its first RVEs, in proportion to its number of RVEs.
   const auto bytes_for = [&](bigint number) {
     const int some = total ? static_cast<int>((number * mine + total - 1) / total) : 0;
     return sum(rves.points->bytes_for(grains, some, rves.settings.num_shadows), MPI_DOUBLE);

@@ -18,8 +18,8 @@ using namespace LAMMPS_NS;
 // Share of the stability bound above which a given time step gets a warning
 static constexpr double DT_WARNING = 0.95;
 
-// Number of checks at the interval of which one also tests for warnings. Warnings need sharper
-// bounds of all RVEs.
+// Of this many checks at the interval, only one tests for warnings too, because warnings need
+// sharper bounds of all RVEs.
 static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
 
 // Largest number of RVEs, over all ranks, whose bound is computed exactly. Each takes milliseconds.
@@ -59,8 +59,9 @@ typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int>
                [&] { bounds = rves.points.as_they_are().bound_time_steps(some, enough); });
 
   // The exact stable time step is computed for at most MOST_EXACT_BOUNDS candidates. If more RVEs
-  // have similar bounds, the stable time step of another RVE may be below that of all candidates.
-  // The difference is at most the inaccuracy of the bounds, and the checks have this margin.
+  // have similar bounds, an RVE that is not a candidate can have a smaller stable time step than
+  // all candidates. The difference is at most the inaccuracy of the bounds, and the checks have a
+  // margin of this size.
   struct Candidate {
     double bound;
     tagint atom;
@@ -167,7 +168,7 @@ template <int D> void RveTimeStep<D>::choose()
   is_old = false;
   const double of_packings = rves.packings.least_bound();
   const std::vector<int> advancing = rves.advancing_atoms();
-  // the bound of an RVE that has lost all contacts is a few times that of its packing
+  // the bound of an RVE that has lost all contacts is a few times the bound of its packing
   const LeastBound lowest = least(advancing, 100.0 * of_packings);
   if (rves.settings.dt_auto) {
     const double bound = lowest.atom == MAXTAGINT ? of_packings : lowest.dt;

@@ -27,10 +27,10 @@ namespace {
 // streams of random draws of an atom, which are independent of each other
 constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
 
-// Limits of the change of the stress by an image (mirrored or rotated copy) over the pressure [-].
-// A larger change causes a warning. The limit of normal stresses allows for the tolerance of the
-// preparation of an isotropic packing. The limit of shear stresses depends on the number of grains:
-// the shear stress is a sum over finitely many contacts and not exactly 0.
+// Limits of the stress change that an image (mirrored or rotated copy) of a packing causes, divided
+// by the pressure [-]. A larger change causes a warning. The limit of normal stresses allows for
+// the tolerance of the preparation of an isotropic packing. The limit of shear stresses depends on
+// the number of grains: the shear stress is a sum over finitely many contacts and not exactly 0.
 constexpr double NORMAL_CHANGE = 0.02;
 template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 {
@@ -111,7 +111,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
     }
   });
   if (!failure.empty()) lmp->error->all(FLERR, "{}: {}", fix, failure);
-  if (!drifts.empty())    // rank 0 has them
+  if (!drifts.empty())    // only rank 0 fills `drifts`
     lmp->error->warning(FLERR,
                         "{}: the {} was subtracted from all of its grains{}, because local damping "
                         "would act on it",

@@ -61,13 +61,15 @@ template <int D> class RvePackingsOf {
   std::vector<double> stable;         // stable time step [time]
   std::vector<double> void_ratios;    // [-]
 
-  /// Packings of one stress level, or all packings. Void ratios and random draws choose among them.
+  /// Packings of one stress level, or all packings. The packing of an atom is chosen from a pool by
+  /// its void ratio or at random.
   struct Pool {
     std::vector<int> packings;
     rve::VoidRatioIndex by_void_ratio;
   };
   std::vector<Pool> pools;
-  std::optional<rve::StressLevels> levels;        // stresses of the pools, for a choice by stress
+  // stresses of the pools, if the pool of an atom is chosen by stress
+  std::optional<rve::StressLevels> levels;
   std::map<std::pair<int, int>, State> images;    // key: number of the packing, number of the image
 
   struct Atoms;

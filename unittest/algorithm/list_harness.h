@@ -17,7 +17,7 @@
 namespace rve_test {
 
 /// Block program that builds a new list from the old list of the device state. It stores the new
-/// list if its pairs fit.
+/// list in the device state if the list has at most pair_capacity pairs.
 template <class Config> struct BuildList {
   char *image, *workspace;
   rve::MotionOf<Config> *motion;
@@ -64,8 +64,8 @@ struct ListedPair {
   bool extra;    ///< true for an extra pair, which is in no slot of its owner
 };
 
-/// Grains with a Verlet list in a device state. They start without contact histories. Each call of
-/// build() replaces the list.
+/// Grains with a Verlet list in a device state. At the start no pair has a contact history. Each
+/// call of build() replaces the list.
 template <class Numbers> class ListHarness {
   using Config = rve::VariantConfig<rve::KernelVariant::Plain, Numbers>;
 

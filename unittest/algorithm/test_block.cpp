@@ -75,7 +75,7 @@ struct VisitAll {
   }
 };
 
-/// Each phase reads the results of other items in the previous phase.
+/// In each phase, an item reads what another item computed in the previous phase.
 struct ReverseTwice {
   int count;
   int *numbers, *mirror;
@@ -86,8 +86,8 @@ struct ReverseTwice {
   }
 };
 
-/// A phase may have additional work besides its items. It runs once, and its results are visible
-/// after the phase.
+/// A phase can have additional work besides its items. This work runs once, and its results are
+/// visible after the phase.
 struct CountAside {
   int count;
   int *visits, *calls;    ///< (count), (5)
@@ -181,7 +181,8 @@ struct Scan {
   }
 };
 
-/// Three numbers of a grain; size and alignment differ from those of one number.
+/// Three numbers of a grain. Size and alignment of the struct differ from the size and alignment of
+/// one number.
 struct Triple {
   double number[3];
 };
@@ -269,7 +270,7 @@ struct KeepResident {
   int count;
   ItemState *states;
   double *published;
-  double *answers;    // (count); read from the saved `states` of another item
+  double *answers;    // (count); item i reads the saved state of another item
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
@@ -304,9 +305,9 @@ std::vector<ItemState> item_states(int count)
   return states;
 }
 
-/// Visits all places of a block: each item has a place, and so has each thread without an item. A
-/// phase over registers adds two to the place of an item and one to an empty place. A phase over
-/// empty registers adds one to an empty place.
+/// Visits all places of a block. Each item has a place, and each thread without an item has an
+/// empty place. A phase over registers adds two to the place of an item and one to an empty place.
+/// A phase over empty registers adds one to an empty place.
 struct VisitPlaces {
   int count;
   int *visits;    ///< (places)
@@ -328,7 +329,8 @@ struct VisitPlaces {
   }
 };
 
-/// The collectives over resident items. `count` items and one more item store the answers.
+/// Tests the collective functions over items in registers. `count` items and one more item store
+/// the answers.
 struct CollectFromItems {
   int count;
   const float *sizes;    // not negative

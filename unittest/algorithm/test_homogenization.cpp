@@ -64,8 +64,8 @@ class Homogenization : public ::testing::TestWithParam<FormatCase> {
     EXPECT_EQ(result.num_rattlers, oracle.num_rattlers);
     EXPECT_DOUBLE_EQ(result.coordination_number, oracle.coordination_number);
     EXPECT_DOUBLE_EQ(result.mechanical_coordination_number, oracle.mechanical_coordination_number);
-    // The numbers of sliding contacts agree. In `fast` a spring at its Coulomb limit may count as
-    // sliding or not.
+    // The numbers of sliding contacts agree. In `fast`, rounding decides if a spring at its Coulomb
+    // limit counts as sliding.
     EXPECT_NEAR(result.sliding_fraction, oracle.sliding_fraction,
                 GetParam().format == Format::Fast ? 2.01 / count : 1e-12);
     EXPECT_NEAR(result.void_ratio, oracle.void_ratio,
@@ -182,8 +182,8 @@ TEST_P(Homogenization, StressIsSymmetricInEquilibriumAndSlopesWithTheElasticEner
 
     const double slope = (energy(direction, 1.0) - energy(direction, -1.0)) / (2.0 * strain);
 
-    // The slope is a difference of two energies divided by the strain. It has the rounding error of
-    // the energies divided by the strain.
+    // The slope is the difference of two energies, divided by the strain. Its error is the rounding
+    // error of the energies, divided by the strain.
     const double error = GetParam().error * result.elastic_energy / strain / 10.0 +
         1e-4 * volume * result.mean_stress();
     EXPECT_NEAR(slope, expected, error);

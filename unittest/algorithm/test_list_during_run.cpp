@@ -20,7 +20,7 @@ namespace {
 
 struct Course {
   const char *name;
-  double loosening;             // initial cell relative to the dense packing
+  double loosening;             // edges of the initial cell, relative to the dense packing
   Tensor2 velocity_gradient;    // [1/time]
   double shaking;               // [length/time]
   double skin;                  // [length]; 0: automatic
@@ -68,7 +68,7 @@ TEST_P(ListDuringARun, HoldsEveryContact)
     const auto engine = make_engine(options);
     const int rve = engine->add(start);
     std::vector<Result> results;
-    // The engine and the oracle may disagree about contacts with an overlap below the rounding
+    // The engine and the oracle can disagree about contacts whose overlap is below the rounding
     // error of a length.
     const double doubt = format == Format::Fast ? 1e-8 : 1e-14;
 

@@ -77,7 +77,7 @@ std::pair<int, int> marks_after_rebuild(Throw grains, double skin, int threads)
 TYPED_TEST(PairOwnership, OfAPackingLeavesNoPairOver)
 {
   // A grain has three slots for pairs. A_h1 has 2.8 to 2.9 pairs per grain, so that the search for
-  // a free slot may end before the last few pairs have one.
+  // free slots can end while the last few pairs have none.
   for (const char *name : {"/A_h0075.rve", "/A_h1.rve", "/A20_h0075.rve"}) {
     const auto packing = rve::read_packing(std::string(RVE_PACKINGS_DIR) + name);
     double mean = 0.0;
@@ -112,8 +112,8 @@ TYPED_TEST(PairOwnership, OfATriangularLatticeIsNearlyPerfect)
 
   EXPECT_EQ(num_pairs, 3 * side * side);
   EXPECT_LE(count_extra(list.pairs()),
-            // a few pairs may remain without an owner, since the number of rounds of offers is
-            // limited
+            // a few pairs can remain without an owner, since the search for owners ends after a
+            // limited number of rounds
             side * side / 32);
 }
 

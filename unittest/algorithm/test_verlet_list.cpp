@@ -28,7 +28,8 @@ const Shape SHAPES[] = {
 };
 
 /// Expects that the list has each pair with a gap below the skin once, and no other pair. A pair
-/// closer to the limit than the rounding error `doubt` may be in the list or not.
+/// whose gap differs from the skin by less than the rounding error `doubt` is allowed to be in the
+/// list or not.
 template <class Format>
 void expect_all_pairs(ListHarness<Format> &list, int num_pairs, double doubt, int images = 1)
 {
@@ -78,8 +79,8 @@ TYPED_TEST(VerletList, HoldsAllPairsWithinTheSkinAndNoOther)
     }
 }
 
-/// Each point is covered by about nine grains. Some grains then own more pairs than their share of
-/// the scratch memory holds.
+/// Each point of the cell is covered by about nine grains. Some grains then own more pairs than
+/// their share of the scratch memory holds.
 TYPED_TEST(VerletList, HoldsAllPairsOfGrainsWithManyPairs)
 {
   const int n = 257, room = rve::kScratch<2> * sizeof(double) / sizeof(std::int32_t);
@@ -126,7 +127,7 @@ TYPED_TEST(VerletList, KeepsTheOldListIfTheNewOneDoesNotFit)
 
   const int second_count = list.build(128);
 
-  EXPECT_GT(second_count, first_count);    // the count is that of the capacity that the list needs
+  EXPECT_GT(second_count, first_count);    // the count is the capacity that the list needs
   EXPECT_EQ(list.image, before);
   list.set_pair_capacity(second_count);
   EXPECT_EQ(list.build(128), second_count);

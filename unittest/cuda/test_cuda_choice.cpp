@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The choice of a GPU, and the messages if no GPU can run the code. The functions need no GPU, so
-// that any machine can test them.
+// The choice of a GPU, and the messages if no GPU can run the code. The tested functions need no
+// GPU, so these tests run on any machine.
 
 #include "cuda/cuda_choice.h"
 

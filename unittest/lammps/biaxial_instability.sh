@@ -10,7 +10,7 @@ lmp=$1 example=$2 tools=$3 python=$4 folder=$5
 rm -rf "$folder"
 mkdir -p "$folder"
 cd "$folder"
-"$lmp" -in "$example/in.biaxial_specimen" -var h 0.25 -var grains 100 -var packings 4 -var strain \
+"$lmp" -in "$example/study.biaxial_specimen" -var h 0.25 -var grains 100 -var packings 4 -var strain \
   0.0075 -var frames 2 -var tangents yes -var device cpu \
   -var out instability -screen none > out 2>&1 || { tail -20 out log.lammps; exit 1; }
 "$python" "$tools/plot_instability.py" --of "axial strain" - "axial stress" kPa > map

@@ -9,7 +9,7 @@ lmp=$1 example=$2 tools=$3 python=$4 folder=$5
 rm -rf "$folder"
 mkdir -p "$folder"
 cd "$folder"
-"$lmp" -in "$example/in.footing" -var h 1 -var grains 100 -var d_end 0.2 -var frames 2 \
+"$lmp" -in "$example/study.footing" -var h 1 -var grains 100 -var d_end 0.2 -var frames 2 \
   -var tangents yes -var pictures no -var device cpu -var out instability \
   -screen none > out 2>&1 || { tail -20 out log.lammps; exit 1; }
 "$python" "$tools/plot_instability.py" > map

@@ -4,7 +4,7 @@
 # narrow. Without copies the run ends there. With copies it continues, with the same earlier results
 # and the same bits on two ranks.
 #
-#   footing_narrow.sh <lmp> <in.footing> <mpiexec> <its flag for the number of ranks>
+#   footing_narrow.sh <lmp> <study.footing> <mpiexec> <its flag for the number of ranks>
 set -eu
 lmp=$1 script=$2 mpiexec=$3 flag=$4
 work=$(mktemp -d "${TMPDIR:-/tmp}/footing_narrow.XXXXXX")

@@ -4,7 +4,7 @@
 # redistributes them by cost, and curve and fields keep their bits. The scene has the full domain,
 # four points per cell, packings drawn for each point, DEM steps by strain, and quiescent RVEs.
 #
-#   footing_ranks.sh <lmp> <in.footing> <mpiexec> <its flag for the number of ranks>
+#   footing_ranks.sh <lmp> <study.footing> <mpiexec> <its flag for the number of ranks>
 set -eu
 lmp=$1 script=$2 mpiexec=$3 flag=$4
 work=$(mktemp -d "${TMPDIR:-/tmp}/footing_ranks.XXXXXX")

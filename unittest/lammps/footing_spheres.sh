@@ -4,7 +4,7 @@
 # begins with the surcharge and increases severalfold. It is larger with spheres, which cannot move
 # out of the plane between others.
 #
-#   footing_spheres.sh <lmp> <in.footing>
+#   footing_spheres.sh <lmp> <study.footing>
 set -eu
 lmp=$1 script=$2
 work=$(mktemp -d "${TMPDIR:-/tmp}/footing_spheres.XXXXXX")

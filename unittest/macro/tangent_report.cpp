@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Prints the tables of doc/src/compute_rve_tangent.rst about tangents by probing: errors over the
-// size of the probe in each number format, and the parameters on which a loading tangent depends.
-// It takes half a minute.
+// Prints the tables of doc/src/compute_rve_tangent.rst about tangents by probing: errors as a
+// function of the size of the probe in each number format, and the parameters on which a loading
+// tangent depends. It takes half a minute.
 
 #include "macro/tangent_probes.h"
 #include "oracle/lattice_tangents.h"

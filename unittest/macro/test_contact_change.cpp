@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs move to an engine with other contacts. They keep their bits, numbers and shadows, or none of
-// them moves.
+// Moves RVEs to an engine with another contact model. Either all RVEs move and keep their bits,
+// numbers and shadows, or no RVE moves.
 
 #include "macro/rve_points.h"
 
@@ -24,7 +24,7 @@ namespace {
 
 constexpr double DT = 5e-5;
 constexpr int RVES = 4;
-/// Index of the RVE that is removed before the others move.
+/// Index of the RVE that is removed before the other RVEs move to the new engine.
 constexpr int LEAVES = 1;
 const std::vector<int> STAY = {0, 2, 3};
 
@@ -90,7 +90,8 @@ std::vector<std::string> records(const RvePoints &points)
   return all;
 }
 
-/// An engine that accepts at most `room` RVEs. Engines that it makes accept `room_of_next`.
+/// An engine that accepts at most `room` RVEs. Engines that it makes accept at most `room_of_next`
+/// RVEs.
 class NarrowEngine final : public rve_test::ForwardingEngine {
  public:
   NarrowEngine(std::unique_ptr<rve::Engine> engine_in, int room_in, int room_of_next_in) :
@@ -138,8 +139,9 @@ TEST(ContactChange, GivesTheBitsOfANewEngineWithTheseContacts)
   EXPECT_EQ(moves.add({&packing}), (std::vector<int>{LEAVES}));
 }
 
-// The rolling spring is the same for every law with rolling resistance, so another such law
-// continues with it. A law without rolling resistance drops it.
+// The rolling spring is the same for every law with rolling resistance. A change to another law
+// with rolling resistance therefore keeps the rolling force, and a change to a law without it drops
+// the force.
 TEST(ContactChange, ToAnotherLawKeepsRollingForcesWhereTheLawHasThem)
 {
   for (const bool rolls : {true, false}) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fresh RVEs that replace failed ones have their stress and deformation and nearly their density.
+// A fresh RVE that replaces a failed RVE has the stress and the deformation of the failed RVE, and
+// nearly its density.
 
 #include "macro/rve_points.h"
 
@@ -40,8 +41,8 @@ template <int D> rve::DriveOf<D> drive_of(const Matrix<D> &gradient, int steps)
   return rve::DriveOf<D>::constant_velocity_gradient(gradient, DT_OF_SMALL_PACKINGS<D>, steps);
 }
 
-/// Compresses RVEs by a few per cent along the last axis without a failure. Then compresses them by
-/// half of their height in one call, in which all fail.
+/// Compresses RVEs by a few per cent along the last axis, without a failure. Then compresses them
+/// by half of their height in one call. All RVEs fail in this call.
 template <int D> void load_and_fail(Points<D> &points, const std::vector<int> &slots)
 {
   const double rate = 1e-5 / DT_OF_SMALL_PACKINGS<D>;
@@ -77,7 +78,7 @@ TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheFailedOne)
 
   ASSERT_EQ(renewals.size(), 1u);
   const rve::ResultOf<D> &result = points.point(0).result;
-  EXPECT_EQ(renewals[0].packing, 0);    // the nearer one
+  EXPECT_EQ(renewals[0].packing, 0);    // the packing whose void ratio is nearer
   EXPECT_GT(renewals[0].steps, 0);
   EXPECT_EQ(renewals[0].void_ratio, result.void_ratio);
   EXPECT_EQ(renewals[0].void_ratio_before, before.void_ratio);

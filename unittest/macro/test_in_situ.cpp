@@ -112,7 +112,7 @@ TEST(HeightProfile, CoverIsTheTrapezoidalSumOfTheWeightsOfLevels)
 
   EXPECT_DOUBLE_EQ(ground.between(2.25, 2.5), 0.25 * 1700.0);
   EXPECT_DOUBLE_EQ(ground.between(1.75, 2.5), 0.25 * 1900.0 + 0.5 * 1700.0);
-  // Between two levels, half of the weight of each level counts.
+  // The layer between two levels has half of the weight of each of these levels.
   EXPECT_NEAR(ground.between(1.25, 2.5) - ground.between(1.75, 2.5), 0.25 * (2000.0 + 1900.0),
               1e-10);
   EXPECT_NEAR(ground.between(2.5, 3.0), 0.5 * 1700.0, 1e-10) << "density goes on above";

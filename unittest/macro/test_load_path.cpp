@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths of RVEs: laboratory tests on lattices with known constants against closed forms,
-// tests on packings, events, tables, and RVEs whose paths do not depend on other RVEs and settings.
+// Loading paths of RVEs. Laboratory tests on lattices are compared with closed forms. Other tests
+// are about packings, events and tables, and about the independence of a path from other RVEs and
+// from settings.
 
 #include "macro/rve_points.h"
 
@@ -365,7 +366,7 @@ TEST(LoadPath, UndrainedKeepsTheVolumeAndTheSymmetryAboutItsAxis)
   });
 
   const rve::ResultOf<3> &after = laboratory.result();
-  // a rounding of each step
+  // one rounding error per step
   EXPECT_NEAR(rve::determinant(after.deformation), 1.0, 1e-16 * after.counters.steps + 1e-15);
   EXPECT_NEAR(std::log(after.deformation(2, 2)), -0.02, 0.5 * laboratory.step.dt * 20 + 1e-12);
   EXPECT_LT(asymmetry, 0.01 * after.mean_stress());
@@ -625,8 +626,8 @@ TEST(LoadPath, CircleOfSpheresHasTheRequestedDeviator)
 // YADE strained the same 1000 spheres. Row n of its table has the forces after n - 1 steps. The
 // test covers the first half of a per cent of shear, for which test_sphere_curves.cpp states the
 // differences between two codes. The drained curve is from YADE. The undrained curve is from
-// another program with YADE's rules. In tests that both programs ran, its q/p agrees with that of
-// YADE within 1e-9 up to 0.1 % of strain.
+// another program with YADE's rules. In tests that YADE and this program both ran, the ratios q/p
+// agree within 1e-9 up to 0.1 % of strain.
 TEST(LoadPath, UndrainedAndDrainedTestsAreThoseOfYade)
 {
   rve::Material material = spheres_material();
@@ -820,9 +821,10 @@ TEST(LoadPath, FollowsTablesOfStrain)
   });
 }
 
-// The servo with the gain G integrates twice, and p increases at 3 K times the rate of its mode. A
-// lattice of bulk modulus K therefore oscillates with omega^2 = 3 G K. After a bend of the goal the
-// error is the change of slope divided by omega. Within a macro step the goal is constant.
+// The servo changes the strain rate of the axes by the gain G times the error of p, and p changes
+// at 3 K times this rate, with the bulk modulus K. For a lattice, p therefore oscillates with
+// omega^2 = 3 G K. After a bend of the goal, the amplitude of the error is the change of slope
+// divided by omega. Within a macro step the goal is constant.
 TEST(LoadPath, FollowsTablesOfStress)
 {
   const std::string text = "time p\n0 P\n0.005 Q\n0.02 P\n";

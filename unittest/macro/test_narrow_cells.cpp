@@ -298,13 +298,13 @@ TYPED_TEST(NarrowCell, DoublesItsShadowAndAveragesItsStress)
   EXPECT_EQ(points.copies(0), 2);
   EXPECT_FALSE(points.frozen(0));
   ASSERT_GE(points.point(0).shadow, 0);
-  // The stress of the RVE is the mean of the last two steps, and the stress of the shadow is that
-  // of the last step.
+  // The stress of the RVE is the mean of the last two steps, and the stress of the shadow is the
+  // stress in the last step.
   EXPECT_LT(points.point(0).shadow_deviation(), 0.1);
 }
 
-// Copies in a narrow cell diverge, so the RVE flows like one with many grains. If they stayed
-// equal, the grains would be in rows, which bear a stress ratio q/p of 0.9.
+// Copies in a narrow cell diverge, so the RVE flows like one with many grains. If the copies stayed
+// equal, the grains would be in rows, and rows of grains bear a stress ratio q/p of 0.9.
 TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
 {
   Points<2> points(rve::make_engine<2>(options_of_dimension(2, Format::Fast)), nullptr,
@@ -339,8 +339,8 @@ TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
   EXPECT_GT(void_ratio / evaluations, 0.15);
 }
 
-// Copies of grains that have no motion of their own stay equal. Once the cell is one grain wide,
-// grains are their own neighbours, and more copies would give no new information.
+// Copies of grains that only move with the cell stay equal. Once the cell is one grain wide, grains
+// are their own neighbours, and more copies would give no new information.
 TEST_F(NarrowCells, AreNotDoubledAgainOnceTheyAreOneGrainWide)
 {
   rve::RveState state = small_packing<2>();

@@ -121,8 +121,8 @@ TYPED_TEST_SUITE(OpenAndClosed, Dimensions);
 
 }    // namespace
 
-// In opening and closing, the stress is a function of the distance of neighbours: that of the
-// overlap, or zero without overlap. The work is recovered.
+// In opening and closing, the stress is a function of the distance of neighbours. It follows from
+// the overlap, and is zero without overlap. The work is recovered.
 TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapInOpeningAndClosing)
 {
   constexpr int D = TypeParam::value;
@@ -193,8 +193,8 @@ TYPED_TEST(OpenAndClosed, StressReturnsContinuouslyWhenGrainsTouch)
   const std::vector<Touch> pairs = touches<D>(state);
   ASSERT_LT(pairs[0].stretch, 1.0);
   ASSERT_GT(pairs[0].stretch, 0.98);
-  // The first call ends just before the first contact. The next step ends just after it, so that
-  // this contact has not yet moved other grains.
+  // The first call ends just before the first contact. The next step ends just after the first
+  // contact, so that this contact has not yet moved other grains.
   const double until = pairs[0].stretch * (1.0 + 1e-9);
   Points<D> points = points_of<D>(state);
 
@@ -220,8 +220,8 @@ TYPED_TEST(OpenAndClosed, StressReturnsContinuouslyWhenGrainsTouch)
   const double pressure = virial / (D * depth * std::pow(stretch, D) * state.cell_volume());
   EXPECT_EQ(after.num_contacts, contacts);
   EXPECT_GT(pressure, 0.0);
-  // The overlap is a difference of lengths and about 1e-6 of them. It has fewer digits than
-  // coordinates (64 bits) and radii (53 bits).
+  // The overlap is a difference of two lengths and about 1e-6 times as large as they are. It has
+  // fewer digits than coordinates (64 bits) and radii (53 bits).
   EXPECT_NEAR(after.mean_stress(), pressure, 1e-6 * pressure);
 }
 
@@ -250,7 +250,8 @@ TYPED_TEST(OpenAndClosed, PackingBalancesItsEnergy)
   EXPECT_GT(open, 100);
   const Result<D> &end = points.point(0).result;
   EXPECT_NEAR(end.void_ratio, begin.void_ratio, 1e-9);
-  // The packing has other contacts than at the start, at the same density.
+  // At the same density, the packing has other contacts than at the start. Its stress can therefore
+  // differ.
   EXPECT_GT(end.mean_stress(), 0.2 * begin.mean_stress());
   EXPECT_LT(end.mean_stress(), 10.0 * begin.mean_stress());
   EXPECT_GT(work, -begin.elastic_energy);

@@ -58,7 +58,7 @@ template <class T> bool same_bits(const T &a, const T &b)
 }    // namespace
 
 // fix mpm counts both engine_time() and bounding_time() as time of the RVEs. They are separate
-// because a check in the middle of a step may compile a kernel.
+// because a check in the middle of a step can compile a kernel.
 TEST(RvePoints, BoundsOfTimeStepsAreTimedSeparately)
 {
   std::vector<int> slots;
@@ -252,7 +252,7 @@ TEST(PointRecord, StoresTheServoGainOfItsPacking)
 
 namespace {
 
-/// Numbers of RVEs in calls with each kind of result, and number of rotated RVEs.
+/// Numbers of RVEs in the calls that return each kind of result, and number of rotated RVEs.
 struct Tally {
   int responses = 0, results = 0, elastic_results = 0, increments = 0, turned = 0;
 };
@@ -338,7 +338,8 @@ std::vector<rve::Drive> drives_with_quiescence()
   return {small_drive(5e-5), small_drive(4e-6, 3e-4), small_drive(-3e-6)};
 }
 
-/// Expects equal results, without the results that are rounded in units of the forces of a call.
+/// Expects equal results, except for results that are rounded in units that depend on the forces in
+/// a call.
 void expect_same_point(const RvePoints::Point &a, const RvePoints::Point &b)
 {
   EXPECT_TRUE(same_bits(a.result.stress, b.result.stress));
@@ -418,7 +419,7 @@ TEST(AdaptiveMacroSteps, RotateTheStressWithARotationOfAnySpeed)
     const Tensor2 turned = stress_after_turn(angle, steps, adaptive(), false);
     for (int k = 0; k < 4; ++k)
       EXPECT_NEAR(turned.component[k], still.component[k], 1e-3) << angle / steps;
-    // Details during the run do not change a bit.
+    // Requests for details during the run do not change any bit of the stress.
     EXPECT_TRUE(same_bits(turned, stress_after_turn(angle, steps, adaptive(), true)));
   }
   MacroStepOptions samples = adaptive();
@@ -479,14 +480,14 @@ TEST(AdaptiveMacroSteps, EnoughStepsForTheRotationGiveTheBitsOfThoseSteps)
     plain.advance({other_slots[0]}, {shear});
   }
 
-  EXPECT_EQ(shear.substeps, 29);    // sqrt(1/2) 4e-4 over 1e-5
+  EXPECT_EQ(shear.substeps, 29);    // sqrt(1/2) 4e-4 / 1e-5, rounded up
   EXPECT_EQ(rve::serialize(points.state(slots[0])), rve::serialize(plain.state(other_slots[0])));
 }
 
 TEST(AdaptiveMacroSteps, ShearGivesTheSameStressWithFewSteps)
 {
-  // The coarse RVE makes one DEM step per macro step. In it the shear of 2e-4 and the rotation of
-  // 1e-4 are too large for contacts that do not rotate with the grains.
+  // The coarse RVE makes one DEM step per macro step. The shear of 2e-4 and the rotation of 1e-4 in
+  // this step are too large for contacts that do not rotate with the grains.
   MacroStepOptions coarse, fine;
   coarse.adaptive = rve::AdaptiveSubsteps{1.5e-4, 1.0, 100000};
   fine.adaptive = rve::AdaptiveSubsteps{1e-6, 1.0, 100000};
@@ -537,7 +538,8 @@ TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
   EXPECT_GT(naps, 8);
   EXPECT_GT(tally.turned, 2);
   EXPECT_EQ(tally.turned, other_tally.turned);
-  // A diagnostic evaluation makes no extra call: it is a step with the longer kind of result.
+  // A diagnostic evaluation makes no extra call: the step of the evaluation returns the longer kind
+  // of result.
   EXPECT_EQ(tally.responses + tally.elastic_results, awake);
   EXPECT_EQ(tally.results, at_first.results);
   EXPECT_GE(tally.elastic_results, naps);
@@ -553,7 +555,7 @@ TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
 TEST(QuiescentMacroSteps, EvaluationRunsOnlyIfItSavesTime)
 {
   MacroStepOptions macro = quiescent_steps();
-  macro.quiescent_strain = 1.8e-5;    // 8e-6 in a macro step
+  macro.quiescent_strain = 1.8e-5;    // the strain of a macro step is 8e-6
   Tally tally;
   RvePoints points(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, macro);
   const rve::RveState packing = rve_test::packing_of_400();

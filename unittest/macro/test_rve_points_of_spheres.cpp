@@ -160,8 +160,8 @@ TEST(PointsOfSpheres, QuiescentRvesUseTheRotatedStiffnessOfTheirLattice)
       expected(a, b) += a == b ? (c.c11 - c.c12) * strain(a, a) + c.c12 * rve::trace(strain)
                                : 2.0 * c.c44 * strain(a, b);
   expected = rotation * expected * rve::transpose(rotation);
-  // The tolerance is relative to the stress of the strain. Rotation and stretch of contact forces
-  // change the stress by parts of the overlap.
+  // The tolerance is relative to the stress that the strain causes. The rotation and stretch of
+  // contact forces change this stress by a share of the order of the relative overlap.
   const double size = c.c11 * rve::norm(strain);
   for (int k = 0; k < 9; ++k)
     EXPECT_NEAR(points.stress(slots[0]).component[k], expected.component[k], 2e-3 * size);

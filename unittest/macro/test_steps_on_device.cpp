@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Steps of a continuum with RVEs. Increments and stresses stay on a GPU, and the host synchronises
-// only if necessary. The results must be bitwise equal to those of CPU threads. Substeps are
-// matched or adaptive, and RVEs rotate, are evaluated, stiffen, repeat a call or fail.
+// only if necessary. The results must be bitwise equal to the results of CPU threads. Substeps are
+// matched or adaptive. The cases include RVEs that rotate, are evaluated, stiffen, repeat a call or
+// fail.
 
 #include "macro/rve_constitutive.h"
 #include "mpm/mpm_solver.h"
@@ -167,7 +168,7 @@ struct Motion {
 };
 
 /// Returns a free block that rotates, shears and shrinks. The rate of shrinking increases with the
-/// distance from its left side.
+/// distance from the left side of the block.
 mpm_test::Scene turning_block(const Motion &motion)
 {
   const double shrinking = motion.shrinking, shearing = motion.shearing, turning = motion.turning;
@@ -301,8 +302,8 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   EXPECT_EQ(here.owner.times_stiffened > 0, shall_stiffen);
   if (DEVICE != rve::Device::Cuda) return;
   const int updates = scheme == mpm::Scheme::Usavg ? 2 * steps : steps;
-  // If no RVE is quiescent, calls begin before the host has their plan. Adaptive calls do so once
-  // their numbers of steps are known approximately.
+  // If no RVE is quiescent, calls begin before the host has their plan. Calls with adaptive
+  // substeps begin early only after their numbers of steps are known approximately.
   const int ahead = there.owner.on_device.early;
   if (macro.quiescent_strain > 0.0)
     EXPECT_EQ(ahead, 0);
@@ -361,7 +362,7 @@ TEST_P(StepsOnDevice, FailedRvesKeepTheBitsOfTheCpu)
   loose.pairs.clear();
   loose.forget_list();
   expect_same_course(loose, GetParam(), {8.0}, adaptive(), 0.05);
-  // Passes of the next step that began ahead are cancelled.
+  // Kernels of the next step that were launched early are cancelled.
   expect_same_course(loose, GetParam(), {8.0}, {}, 0.05);
 }
 

@@ -112,8 +112,8 @@ template <int D> void expect_isotropic_solid()
   EXPECT_NEAR(tangent.least_second_order_work(), 2.0 * MU, ROUNDING * MU);
   EXPECT_NEAR(second_order_work(tangent, Tensor<double, D>::identity()), D * LAMBDA + 2.0 * MU,
               ROUNDING * LAMBDA);
-  // A pressure does not change it: in a shear band the effects of the change of volume and of the
-  // rotation of forces cancel.
+  // A pressure does not change the least determinant: in a shear band, the effect of the change of
+  // volume and the effect of the rotation of forces cancel.
   const double expected = (LAMBDA + 2.0 * MU) * std::pow(MU, D - 1);
   for (const double pressure : {0.0, 0.1 * MU}) {
     const auto least = NominalTangentOf<D>(tangent, -pressure * Tensor<double, D>::identity())
@@ -143,7 +143,7 @@ template <int D> void expect_turned_tangent(const Tensor<double, D> &rotation)
   const auto after =
       NominalTangentOf<D>(result, rotation * stress * back).least_acoustic_determinant();
   EXPECT_NEAR(after.determinant, before.determinant, 10.0 * ROUNDING);
-  // The error of a direction is the square root of the error of its value.
+  // The error of the direction is the square root of the error of the least determinant.
   EXPECT_NEAR(std::fabs(rve::dot(after.normal, rotation * before.normal)), 1.0, 1e-12);
 }
 

@@ -135,9 +135,9 @@ double along(const Tensor2 &stress, const Tensor2 &strain)
 
 TEST(TangentProbes, LatticesHaveTheirClosedForms)
 {
-  // The tolerance of 1e-8 covers two errors. The rounding of stresses divided by their change in a
-  // probe is 1e-16/(1e-4 overlap over distance) = 5e-10. For Hertz contacts the square of the probe
-  // is 1e-8/40.
+  // The tolerance of 1e-8 covers two errors. The rounding error of stresses, divided by their
+  // change in a probe, is 1e-16/(1e-4 overlap/distance) = 5e-10. For Hertz contacts the square of
+  // the probe is 1e-8/40.
   for (const rve::Material &material : {linear_springs(), hertz_mindlin()}) {
     SCOPED_TRACE(rve::word_of(material.law));
     const Springs springs = springs_of(material);
@@ -231,7 +231,7 @@ TEST(TangentProbes, PackingsHaveTheTangentOfTheirLinearEquations)
 
 TEST(TangentProbes, AreBelowTheAffineStiffness)
 {
-  // Grains that may deviate from the mean field store less energy. The affine stiffness minus the
+  // Grains that can deviate from the mean field store less energy. The affine stiffness minus the
   // tangent is therefore positive semidefinite.
   RveRig disks(at_rest(sheared_packing()));
   std::vector<rve::ElasticResult> answer;

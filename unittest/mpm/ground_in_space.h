@@ -39,7 +39,7 @@ struct GroundInSpace {
   {
     using mpm::Face;
     using mpm::SideKind;
-    // Faces of bodies are between rows of nodes, and their sides are on rows.
+    // Faces of bodies are between rows of nodes, and the sides of bodies are on rows of nodes.
     scene.add_block({{0.02, 0.0, 0.0}}, {{0.82, 0.7, SURFACE}}, 0.5 * CELL, 2000.0);
     const int ground = scene.size();
     scene.add_block({{0.2, 0.2, SURFACE}}, {{0.5, 0.5, SURFACE + CELL}}, CELL, 2000.0);

@@ -27,15 +27,16 @@ constexpr double STRAIN = 1e-5;
 
 // Largest share of a wave that a dashpot reflects because the grid is discrete. A chain of lumped
 // masses m = ρ A h with the cell edge h has the impedance ρ c A cos(kh/2) for the wave number k.
-// The dashpot has ρ c A, so it reflects the share tan²(kh/4). Up to a per cent, the spectrum of a
-// pulse sin²(π x/w) of the width w ends at k = 4π/w.
+// The dashpot has ρ c A, so it reflects the share tan²(kh/4). Except for one per cent, the spectrum
+// of a pulse sin²(π x/w) of the width w is below k = 4π/w.
 const double DISCRETISATION = std::pow(std::tan(PI / WIDTH), 2);
 
 enum class End { Free, Fixed, Absorbing, RollerAndDashpots };
 
 /// Returns the stress of a plane pulse after its reflection at a side, divided by its initial
-/// stress and with its sign. The pulse is a compression wave, or a shear wave if it is polarised
-/// along another axis than that of the side. The bar has two cells across.
+/// stress and with its sign. The pulse is a shear wave, or a compression wave if it is polarised
+/// along the axis of the bar. `misjudged` is the ratio of the wave speeds of an absorbing side to
+/// those of the bar. The bar is two cells thick.
 template <int D> double reflected(End end, Face side, int polarisation, double misjudged = 1.0)
 {
   const int along = mpm::axis_of(side);
@@ -214,7 +215,8 @@ TEST(AbsorbingSides, ReceiveTheMomentumThatTheMaterialLoses)
 {
   for (const bool beside_others : {false, true}) {
     Square square;
-    if (beside_others) {    // corners of a roller with dashpots, a fixed side and an absorbing one
+    // corners between a roller with dashpots, a fixed side and an absorbing side
+    if (beside_others) {
       square.options.sides[0] = SideKind::Roller;
       square.options.dashpots[0] = {0.0, S_SPEED};
       square.options.sides[2] = SideKind::Fixed;
@@ -257,8 +259,8 @@ TEST(AbsorbingSides, AreStableUpToACourantNumberOfOneForTheirSpeeds)
       EXPECT_LT(now, before) << "step " << step;
       before = now;
     }
-    // The dashpots have twice the impedance of compression waves and 3.5 times that of shear waves.
-    // They reflect a third and more than a half of the stress.
+    // The dashpots have 2 times the impedance of compression waves and 3.5 times the impedance of
+    // shear waves. They reflect a third and more than a half of the stress.
     EXPECT_LT(before, 0.1 * initial);
   }
 }

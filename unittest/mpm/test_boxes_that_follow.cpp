@@ -101,8 +101,8 @@ namespace {
 
 /// Result of drawn_bar(), which stretches a bar with one point per cell to `stretch` times its
 /// length. Points have the velocity ε̇ x in every step. The members are the smallest and the
-/// largest ratio of the stretch λ of a point to e^(ε̇ t). drawn_bar() also expects the stress E ln
-/// λ at each point.
+/// largest ratio of the stretch λ of a point to the exact stretch e^(ε̇ t). drawn_bar() also
+/// expects the stress E ln λ at each point.
 struct Bar {
   double least = 1e9, largest = 0.0;
 };
@@ -130,7 +130,8 @@ template <int D> Bar drawn_bar(ShapeFunction shape, double stretch)
     solver.step(scene.view(), {}, TIME_STEP);
   }
   Bar bar;
-  // The last two cells are omitted, since beyond the last point there is no value for a slope.
+  // The points in the last two cells are omitted: their slopes of the velocity are wrong, because
+  // there are no points beyond them.
   for (int p = 0; p < scene.size() - 2; ++p) {
     const double made = scene.deformation_gradient[p](0, 0) / stretch;
     bar.least = std::min(bar.least, made);

@@ -20,14 +20,15 @@ constexpr double DENSITY = 2000.0;
 constexpr double GRAVITY = 10.0;
 constexpr double HEIGHT = 2.0;                           ///< H0; L0 = 1
 constexpr double WEIGHT = DENSITY * GRAVITY * HEIGHT;    ///< stress at the base
-constexpr double STIFFNESS = 100.0;                      ///< E over WEIGHT: strains of 1 %
+/// ratio of E to WEIGHT, for strains of 1 %
+constexpr double STIFFNESS = 100.0;
 constexpr double CELL = 0.1;
 
 /// Deposit in units of the column's initial width L0.
 struct Deposit {
   double run_out;    ///< (L∞ - L0)/L0
   double height;     ///< H∞/L0, at the wall
-  double energy;     ///< kinetic energy over the initial potential energy
+  double energy;     ///< ratio of the kinetic to the initial potential energy
 };
 
 /// Releases a plane column of the width L0 = 1 and the height H0 = 2 next to a smooth wall on a

@@ -113,7 +113,8 @@ TEST(ConvexHull, PointsInsideAndOnFacesDoNotChangeTheHull)
 
 TEST(ConvexHull, FacesWithManyVerticesAreOneFace)
 {
-  // The bodies are a dodecahedron and a prism of 24 sides with six digits, as in a script.
+  // The bodies are a dodecahedron and a prism of 24 sides. Their coordinates have six digits, as in
+  // a script.
   const double golden = 0.5 * (1.0 + std::sqrt(5.0));
   std::vector<Vec<3>> dodecahedron, prism;
   for (const double i : {-1.0, 1.0})
@@ -134,8 +135,8 @@ TEST(ConvexHull, FacesWithManyVerticesAreOneFace)
 
 TEST(ConvexHull, ContinuesBeyondAPlaneWithTheWidthAtThePlane)
 {
-  // Half of a wedge is cut at x = 0 and extended by 0.2 beyond the cut. Its tip must continue as a
-  // horizontal edge, not as a longer tip.
+  // The half of a wedge that remains after a cut at x = 0 is extended by 0.2 beyond the cut. The
+  // tip must continue as a horizontal edge and must not become longer.
   ConvexHull<2> half = convex_hull<2>({{{0.0, 0.0}}, {{1.0, 2.0}}, {{0.0, 2.0}}}, "body");
   const auto cut = std::find_if(half.sides.begin(), half.sides.end(),
                                 [](const auto &side) { return side.plane.normal[0] == -1.0; });
@@ -147,7 +148,8 @@ TEST(ConvexHull, ContinuesBeyondAPlaneWithTheWidthAtThePlane)
   EXPECT_TRUE(has_plane<2>(half, {{0.0, -1.0}}, 0.0));
   EXPECT_TRUE(has_plane<2>(half, {{0.0, 1.0}}, 2.0));
 
-  // A quarter of a pyramid on its tip is cut at x = 0 and y = 0 and extended beyond both cuts.
+  // A pyramid stands on its tip. The quarter that remains after cuts at x = 0 and y = 0 is extended
+  // beyond both cuts.
   ConvexHull<3> quarter = convex_hull<3>({{{0.0, 0.0, 0.0}},
                                           {{0.0, 0.0, 2.0}},
                                           {{1.0, 0.0, 2.0}},

@@ -128,8 +128,8 @@ TEST_P(BitsInSpace, DoNotDependOnRanks)
   });
 }
 
-/// A face of a body ties two nodes together. The border of two ranks is near such a face, so that
-/// one rank has only one of these nodes.
+/// A face of a body ties two nodes together. The border between two ranks is near a face, so that
+/// one rank has only one of the two tied nodes.
 TEST_P(BitsInSpace, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 2;

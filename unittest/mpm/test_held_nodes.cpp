@@ -95,9 +95,9 @@ double strain_energy(const Scene &scene, double young, double poisson)
 }    // namespace
 
 // Sand without cohesion and lateral support has no strength, so the material above falls freely.
-// Some lateral stress accelerates the foot of the strip outwards. It delays the fall by less than
-// 1/20, in strips of one cell and in wider ones. A strip next to a body that separates needs two
-// points across: one point does not resolve its widening.
+// Some lateral stress accelerates the foot of the strip outwards. This delays the fall by less than
+// 1/20, in strips of one cell and in wider ones. A strip next to a body with separation needs two
+// points across, because one point cannot represent the widening of the strip.
 TEST_P(StripOfSand, FallsFreely)
 {
   const double free_fall = 0.5 * GRAVITY * 0.4 * 0.4;

@@ -113,7 +113,7 @@ TEST(MohrCoulombReturn, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEn
 TEST(MohrCoulombReturn, PlasticStrainFollowsThePotential)
 {
   // In principal axes, flow on one plane is Δε^p = Δλ (m, 0, -1) with Δλ > 0 and the dilatancy
-  // ratio m. On an edge it is a combination of two such increments.
+  // ratio m. On an edge, Δε^p is a combination of the increments of two planes.
   const MohrCoulombReturn mapping = return_for(0.4, 30.0, 10.0);
   const double m = mapping.dilatancy_ratio;
   std::mt19937 random(2);
@@ -220,8 +220,8 @@ TEST(MohrCoulomb, UniaxialTensionEndsAtTheUniaxialStrengthAndIsotropicTensionAtT
 
 TEST(MohrCoulomb, ElasticCycleCreatesNoEnergyAndPlasticCyclesDissipate)
 {
-  // The path is a closed square in (ε_xx, ε_xy). Over a small elastic cycle the work must be
-  // round-off, relative to the largest work along the cycle.
+  // The path is a closed square in (ε_xx, ε_xy). Over a small elastic cycle, the work must vanish
+  // except for round-off, relative to the largest work along the cycle.
   const auto cycle = [](Element &element, double size, double &largest) {
     double work = 0.0;
     largest = 0.0;

@@ -88,8 +88,8 @@ TEST(MohrCoulombInSpace, DrainedTriaxialCompressionFailsAtTheRatioOfPrincipalStr
 
       EXPECT_NEAR(test.element.stress(2, 2), -strength, 1e-9 * strength);
       EXPECT_NEAR(test.element.yield(), 0.0, 1e-9 * strength);
-      // Two yield planes flow equally. The sum of both lateral strains over the axial shortening is
-      // then m, up to the strain of a step, 1e-4.
+      // Two yield planes flow equally. The ratio of the sum of both lateral strains to the axial
+      // shortening is then m, except for the strain of a step, 1e-4.
       EXPECT_NEAR(2.0 * test.widening / step, m, 1e-3 * m);
       // Plastic flow (m/2, m/2, -1) per shortening has a deviator e with sqrt(2/3 e:e) = (m + 2)/3.
       const double elastic = (strength - pressure) / YOUNG;

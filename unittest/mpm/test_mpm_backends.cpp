@@ -231,7 +231,8 @@ TEST_F(OnDevice, UsesChangesBetweenSteps)
   Ground cuda(MUSL, mpm::Device::Cuda, scene_with_two_bodies());
   for (Ground *run : {&cpu, &cuda}) {
     run->steps(5);
-    // Velocities, positions, body forces, laws and bodies may change without points_changed().
+    // A caller is allowed to change velocities, positions, body forces, laws and bodies without a
+    // call of points_changed().
     for (int p = 0; p < run->scene.size(); ++p) {
       run->scene.velocity[3 * p] *= 0.5;
       run->scene.position[3 * p + 1] += 1e-5;
@@ -239,7 +240,8 @@ TEST_F(OnDevice, UsesChangesBetweenSteps)
     }
     run->scene.model[7] = 1;
     run->steps(5);
-    // After fetch() and points_changed() everything may change, including the number of points.
+    // After fetch() and points_changed() a caller is allowed to change everything, including the
+    // number of points.
     run->solver.fetch(run->scene.view());
     run->solver.points_changed();
     std::vector<int> fewer;

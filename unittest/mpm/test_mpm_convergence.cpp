@@ -20,7 +20,8 @@ namespace {
 
 constexpr double PI = 3.14159265358979323846;
 
-/// Returns error(cells) for each number of cells, each twice the one before, and prints the table.
+/// Returns error(cells) for each number of cells, and prints the table. Each number of cells must
+/// be twice the number before it.
 template <int N, class Error>
 std::array<double, N> errors_of(const char *name, const std::array<int, N> &cells,
                                 const Error &error)
@@ -175,9 +176,9 @@ namespace {
 /// A manufactured solution, the generalized vortex (Kamojjala, Brannon, Sadeghirad & Guilkey 2015,
 /// Eng. Comput. 31, 193). Rings of material rotate about the origin by the angle θ = g(t) h(r) with
 ///   g = A (1 - cos 2πt)/2,  h = (1 - 16 (r - 1)²)³ for 3/4 < r < 5/4, else 0.
-/// The third power makes the body force continuous. In a frame that rotates with it, each point
-/// shears by γ = r h'(r) g(t). The spin W of the material differs from that of this frame by W - θ'
-/// = γ'/2. For the Jaumann rate the stress is then
+/// The third power makes the body force continuous. In a frame that rotates with its ring, each
+/// point shears by γ = r h'(r) g(t). The spin W of the material and the rotation rate θ' of this
+/// frame differ by W - θ' = γ'/2. For the Jaumann rate the stress is then
 ///   σ_rθ = μ sin γ,  σ_θθ = -σ_rr = μ (1 - cos γ).
 /// The balance of momentum requires the body force per mass
 ///   b_r = -r (g' h)² - [∂σ_rr/∂r + (σ_rr - σ_θθ)/r]/ρ,
@@ -248,7 +249,7 @@ VortexErrors errors_of_generalized_vortex(mpm::ShapeFunction shape)
     const int steps = cells;
     const double dt = 0.5 / steps;
     EXPECT_LT(solver.cfl_number(scene.view(), dt), 0.5);
-    // In the leapfrog scheme, velocities are those of half a step before the positions.
+    // In the leapfrog scheme, velocities belong to a time half a step before that of the positions.
     for (int p = 0; p < scene.size(); ++p) {
       const double x = scene.position[3 * p], y = scene.position[3 * p + 1];
       const double rate = vortex.at(std::hypot(x, y), -0.5 * dt).rate;
@@ -354,7 +355,7 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
       const double dt = 2.0 * PI / spin / steps;
 
       // Rings of points give a surface without steps. In the leapfrog scheme, velocities belong to
-      // half a step before the positions.
+      // a time half a step before that of the positions.
       Scene scene;
       const double width = 0.5 * h;
       for (int ring = 0; ring < 2 * cells; ++ring) {
@@ -419,7 +420,8 @@ TEST(CollidingDisks, EnergyHistoryIsThatOfAnElasticImpact)
 {
   // E = 1000, ν = 0.3, ρ = 1000, R = 0.2, v = ±(0.1, 0.1) (Sulsky, Chen & Schreyer 1994). The
   // surfaces touch at t = (0.6 sqrt(2) - 2 R)/(0.2 sqrt(2)) = 1.586. On the grid, the disks act on
-  // each other as soon as they share a node, which is up to two cells apart.
+  // each other as soon as both contribute to the same node. They are then still up to two cells
+  // apart.
   const double approach = 0.2 * std::sqrt(2.0);
   const double meeting = (0.6 * std::sqrt(2.0) - 0.4) / approach;
   struct History {

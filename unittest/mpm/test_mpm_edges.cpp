@@ -192,10 +192,10 @@ TEST(EmptyCellUnderTheFooting, GapExertsNoForceUntilItIsClosed)
     }
 
     // On the grid, body and ground touch when they share a row of nodes. The gap is then less than
-    // a cell and a box.
+    // the width of a cell plus the width of a box.
     EXPECT_GT(touched, gap - 1.5 * CELL - dt * speed);
-    // Held nodes do not change the velocity of their points. The points first feel the stress, one
-    // step after the contact.
+    // Held nodes do not change the velocity of their points. The velocity of the points changes by
+    // the stress, one step after the contact.
     EXPECT_LT(touched, gap + 3.0 * dt * speed);
     for (int step = 0; step < 100; ++step) solver.step(set.scene.view(), {}, dt);
     EXPECT_GT(solver.body_reaction(0)[1], 0.0) << "then it pushes";

@@ -21,7 +21,7 @@ using mpm_test::Scene;
 
 namespace {
 
-constexpr double CELL = 0.05;    // so many points and nodes that several threads share them
+constexpr double CELL = 0.05;    // so small that several threads share the points and nodes
 constexpr double STEP = 2.5e-4;
 constexpr double BOTTOM = -0.02;    // lower side of the grid; faces of bodies are between its rows
 
@@ -48,7 +48,7 @@ enum Body { ANVIL, FOOTING, PLATE };
 
 /// Returns ground around three bodies, with gravity, stress and irregular velocities. A footing is
 /// pressed down. The face of an anvil is one cell below it, so that both bodies have a condition on
-/// the row of nodes between. A plate pushes to the right.
+/// the row of nodes between them. A plate pushes to the right.
 Scene ground()
 {
   Scene scene;
@@ -163,7 +163,7 @@ void expect_same_bits(const Outcome &a, const Outcome &b)
   EXPECT_EQ(different, 0) << "points of " << b.point.size();
 }
 
-/// Returns the indices of the points of each rank, which rank_of(x, y) selects.
+/// Returns the indices of the points of each rank. rank_of(x, y) returns the rank of a point.
 template <class RankOf>
 std::vector<std::vector<int>> divided(const Scene &all, int ranks, const RankOf &rank_of)
 {
@@ -260,8 +260,8 @@ TEST_P(Bits, DoNotDependOnRanksWithPartsOfTheGround)
         STEPS);
 }
 
-/// A face of a body ties two nodes together. The border of two ranks is near such a face, so that
-/// one rank has only one of these nodes.
+/// A face of a body ties two nodes together. The border between two ranks is near a face, so that
+/// one rank has only one of the two tied nodes.
 TEST_P(Bits, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 4;
@@ -309,8 +309,9 @@ TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
   const auto one = words_of(1), two = words_of(2);
 
   // In a step, each rank contributes the number of its points and two boxes to global sums.
-  // Messages in both directions have, for each node, five sums at the start of the step and two for
-  // its end. They cover the columns of nodes that the sender has touched and the receiver needs.
+  // The messages in each direction have seven sums for every node: five at the start of the step
+  // and two at its end. They cover the columns of nodes that the sender has touched and the
+  // receiver needs.
   constexpr int COLUMNS = 4 + 1, ROWS = 23;
   EXPECT_EQ(two[0] - one[0], 1u + 4 * 2);
   EXPECT_EQ(two[1] - one[1], 2u * 7u * COLUMNS * ROWS);

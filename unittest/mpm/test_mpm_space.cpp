@@ -370,10 +370,10 @@ namespace {
 
 /// Errors and losses of a spinning sphere after a rotation.
 struct Found {
-  double stress;     ///< error over the largest stress [1]
+  double stress;     ///< error of the stress, divided by the largest stress [-]
   double turning;    ///< lost share of the angular momentum
   double energy;     ///< lost share of the energy
-  double angle;      ///< error of positions over the radius
+  double angle;      ///< error of positions, divided by the radius [-]
 };
 
 /// Returns the errors with `cells` in the radius after a rotation by an angle [radian].
@@ -397,7 +397,7 @@ Found spun(int cells, double turn)
   });
   for (int p = 0; p < scene.size(); ++p) {
     const Vec3 x = at(scene.position, p);
-    // In the leapfrog scheme, velocities are those of half a step before.
+    // In the leapfrog scheme, velocities belong to a time half a step before that of the positions.
     set(scene.velocity, p, spin * cross(exact.axis, exact.turned(x, -0.5 * spin * dt)));
     scene.stress[p] = exact.stress(x);
   }
@@ -562,7 +562,7 @@ std::array<double, 2> errors_of_vortex(int cells, const Vec3 &axis, mpm::ShapeFu
   solver.set_models({&law});
   const int steps = 2 * cells;
   const double dt = 0.5 / steps;
-  // In the leapfrog scheme, velocities are those of half a step before the positions.
+  // In the leapfrog scheme, velocities belong to a time half a step before that of the positions.
   for (int p = 0; p < scene.size(); ++p) {
     const Vec3 x = at(scene.position, p);
     const Local local(x, axis);

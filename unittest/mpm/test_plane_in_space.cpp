@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A scene in space against plane strain. The scene is one cell thick between smooth walls, whose
-// normal is along each axis in turn. No axis may be preferred.
+// Compares a scene in space with the same scene in plane strain. The scene in space is one cell
+// thick and lies between smooth walls. The normal of the walls is along each axis in turn. The
+// results must not depend on this axis.
 
 #include "scene.h"
 

@@ -47,7 +47,8 @@ class RankMailTest : public rve_test::BlockTest {
   SideStream streams[RANKS];
 };
 
-// Rounds of maxima over the ranks run without the host.
+// The kernels of all rounds are launched first. The ranks then exchange their maxima without
+// synchronisation by the host.
 TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
 {
   const int count = 20, rounds = 100;
@@ -74,8 +75,8 @@ TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
     }
 }
 
-/// Rank r sends r + 1 nodes to each other rank, two numbers for each, and sums the numbers that it
-/// receives.
+/// Rank r sends r + 1 nodes with two numbers per node to every other rank, and sums the numbers
+/// that it receives.
 __global__ void give_and_take(ExchangeBuffers buffers, int round, ExchangePartners partners,
                               unsigned long long *sum)
 {
@@ -119,8 +120,8 @@ TEST_F(RankMailTest, SumsAreThoseOfTheSentNumbers)
   }
 }
 
-// The kernels of a rank that needs the host are cancelled and write nothing. The rank repeats its
-// passes later, and the kernels of the other ranks wait for it.
+// If a rank needs the host, its kernels are cancelled and write nothing. They are launched again
+// later, and until then the kernels of the other ranks wait.
 TEST_F(RankMailTest, CancelledRankSynchronisesLater)
 {
   HostBuffer<double> numbers;

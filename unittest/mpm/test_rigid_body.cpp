@@ -235,8 +235,8 @@ TEST(RigidBody, WithoutPointsIsRefused)
 namespace {
 
 /// Ground below a plate that is pressed into it, next to a plate at rest. The pressed plate
-/// consists of `parts` bodies: 1 or 2 in the plane, 1 or 4 in space. `is_reversed` reverses their
-/// order in the script, but not that of their names.
+/// consists of `parts` bodies: 1 or 2 in the plane, 1 or 4 in space. `is_reversed` reverses the
+/// order of these bodies in the script, but not the order of their names.
 template <int D> struct PlateOnGround {
   static constexpr double PRESS_SPEED = 0.5;
   mpm_test::SceneOf<D> scene;
@@ -433,7 +433,8 @@ TEST(BodiesOnTheSameNodes, DistantPlatesHaveTheBitsOfSeparateImposition)
   EXPECT_EQ(velocities[0], velocities[1]);
 }
 
-// Halves of a box do not have the load of the box, since each has corners where they touch.
+// The loads of two halves of a box do not add up to the load of the whole box, since each half has
+// corners where the halves touch.
 TEST(BodiesOnTheSameNodes, LoadsOfBoxesDoNotDependOnTheirOrder)
 {
   constexpr int STEPS = 300;    // three quarters of a cell
@@ -483,9 +484,9 @@ TEST(BodiesOnTheSameNodes, LoadOfATrapdoorHasNoJumpInOneAndAHalfCells)
 
   EXPECT_EQ(of_order[0], of_order[1]) << "to the last bit";
   // The active state is reached after 0.2 cells. Then the load is constant except for waves. Each
-  // of the eight points on the door bears an eighth of the load. A point that enters a cell or a
-  // face that passes a row disturbs one of them. The limit of a quarter of the load is twice this
-  // disturbance.
+  // of the eight points on the door bears an eighth of the load. A point that enters a cell, or a
+  // face that passes a row of nodes, disturbs one of these eighths. The limit of a quarter of the
+  // load is twice this disturbance.
   const std::vector<double> &load = of_order[0];
   const std::size_t first = load.size() / 5;
   double mean = 0.0;

@@ -294,9 +294,9 @@ TEST(TurningBody, FullWidthBoxAgreesWithABodyWithAFace)
 
 namespace {
 
-/// Expects the settlement u of a free body of mass M that is as wide as its layer of height H and
-/// area A: M g = E A ln(H/(H - u)). This is the law of Hughes and Winget in one dimension, with ν =
-/// 0.
+/// Expects the settlement u of a free body on a layer that is as wide as the body: M g = E A
+/// ln(H/(H - u)), with the mass M of the body, and the height H, area A and modulus E of the layer.
+/// This is the law of Hughes and Winget in one dimension, with ν = 0.
 template <int D> void expect_settlement(double density)
 {
   BodyOnLayer<D> set(0.4, 0.8, 0.6);
@@ -310,7 +310,7 @@ template <int D> void expect_settlement(double density)
   MpmSolver<D> solver(set.options);
   solver.set_models({&set.law});
 
-  double least = 1.0;    // least force over weight after the first steps
+  double least = 1.0;    // least ratio of force to weight after the first steps
   const double weight = density * 0.4 * GRAVITY * std::pow(0.4, D - 1);
   for (int step = 0; step < 1600; ++step) {
     solver.step(set.scene.view(), {}, TIME_STEP);
@@ -337,8 +337,9 @@ TEST(FreeBody, ComesToRestAtTheElasticSettlementUnderItsWeight)
 
 TEST(FreeBody, LightBodyOnHeavyMaterialIsStable)
 {
-  expect_settlement<2>(
-      200.0);    // height 0.4: as heavy as 0.04 of the layer, less than half of the nodes below it
+  // The body is 0.4 high and as heavy as 0.04 of the layer. It is therefore less than half as heavy
+  // as the nodes below it.
+  expect_settlement<2>(200.0);
 }
 
 namespace {
@@ -518,7 +519,7 @@ TEST(FreeBody, FallsFreelyAndPrecessesWithoutContact)
         velocity[a] = scene.velocity[3 * p + a];
       }
       sum = sum + scene.mass[p] * cross(arm, velocity);
-      // moment of inertia of a cube about any axis over its mass
+      // moment of inertia of a cube about any axis, divided by its mass
       const double own = 2.0 / 3.0 * 0.05 * 0.05;
       for (int a = 0; a < 3; ++a) sum[a] += scene.mass[p] * own * spin_now[a];
     }
@@ -547,7 +548,7 @@ TEST(FreeBody, FallsFreelyAndPrecessesWithoutContact)
   const double *rates = solver.rigid_bodies().rates(0);
   const Vec<3> after =
       angular_momentum(solver.rigid_bodies().origin(0), {{rates[3], rates[4], rates[5]}});
-  // The explicit step is of first order: an error of half of (ω dt)² in each step.
+  // The explicit step is of first order, so each step has an error of (ω dt)²/2.
   for (int a = 0; a < 3; ++a)
     EXPECT_NEAR(after[a], before[a], 1e-3 * std::sqrt(dot(before, before)));
   EXPECT_GT(std::abs(rates[3] - spin[0]), 0.1) << "it precesses";
@@ -694,7 +695,7 @@ TEST(ConvexBody, PolygonOf24SidesHasTheForceOfADisk)
   const double flat = polygon.force_at(speed, steps)[1];
 
   // The sides of the polygon are inside the circle by at most this length. The force increases with
-  // the depth, so it differs by at most the share inside/depth.
+  // the depth, so the forces of polygon and circle differ by at most the share inside/depth.
   const double inside = radius * (1.0 - std::cos(pi / 24));
   EXPECT_GT(round, 1e4);
   EXPECT_NEAR(flat, round, inside / depth * round);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Nodes of the grid that ranks share, against the nodes that points and loads actually reach.
+// Compares the grid nodes that ranks share with the nodes that points and loads actually reach.
 
 #include "scene.h"
 
@@ -173,8 +173,8 @@ TEST(SharedNodes, BoxOfTheLargestPointHoldsThoseOfAllPoints)
 
 TEST(SharedNodes, AreAFewColumnsBetweenTwoHalves)
 {
-  // Points are at centres of the cells (6, j) and (7, j). They reach columns 5 to 8 and 6 to 9, and
-  // loads one more.
+  // Points are at centres of the cells (6, j) and (7, j). The points of the halves reach the
+  // columns 5 to 8 and 6 to 9, and their loads reach one column more.
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const std::vector<Scene> halves = {points_at({{{0.5 * H, 0.5 * H}}, {{6.5 * H, 9.5 * H}}}),
                                      points_at({{{7.5 * H, 0.5 * H}}, {{19.5 * H, 9.5 * H}}})};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Update of the stresses of points with several laws, by laws that count their calls.
+// Update of the stresses of points with several laws. The laws of this test count their calls.
 
 #include "mpm/stress_update.h"
 
@@ -27,7 +27,8 @@ class FakeRequest final : public rve::Request {
   StressesAre wait() override { return where; }
 };
 
-/// Stores the points of its updates on the host. plan() accepts any points for a device.
+/// Law that stores which points it has updated on the host. For a device, plan() accepts any
+/// points.
 class CountingLaw final : public Constitutive<2> {
  public:
   void update(int count, const int *point_index, const Tensor<2> *, double, Tensor<2> *,

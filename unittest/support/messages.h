@@ -9,8 +9,8 @@
 
 namespace rve_test {
 
-/// Returns the message of the error of class `Error` in which the call ends; "no error" if it
-/// returns.
+/// Returns the message of the exception of class `Error` that the call throws; "no error" if the
+/// call returns.
 template <class Error = rve::InputError, class Call> std::string message_of(const Call &call)
 {
   try {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tests whether two programs compute the same numbers except for rounding. The difference must be
-// as small as the effect of other last digits in the input.
+// Tests whether two programs compute the same numbers except for rounding. Their difference must
+// not exceed the change of a result if the last digits of the input change.
 
 #pragma once
 
@@ -36,7 +36,7 @@ struct RoundingErrors {
 /// the largest number or, if larger, the effect of the last digits. The effect of the last digits
 /// is large for a displacement that is divided by the root of a nearly vanishing overlap. In one of
 /// a hundred steps, LAMMPS leaves a part along the normal in the history, up to 1e-10 of the
-/// sliding force. In no step may the error exceed `bound` times the largest number.
+/// sliding force. In every step the error is below `bound` times the largest number.
 inline void expect_rounding_only(RoundingErrors found, double bound)
 {
   EXPECT_GT(found.most, 0.0);

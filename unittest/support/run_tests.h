@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The main function of a test program. It runs all tests or, with --file=test_x, those of the
+// The main function of a test program. It runs all tests or, with --file=test_x, the tests of the
 // source file test_x.cpp.
 
 #pragma once
@@ -61,7 +61,7 @@ inline bool choose_file(const std::string &stem)
   std::string unwanted = minus == std::string::npos ? "" : filter.substr(minus + 1);
   if (wanted.empty() || wanted == "*")
     ::testing::GTEST_FLAG(filter) = chosen + (unwanted.empty() ? "" : "-" + unwanted);
-  else {    // both must hold
+  else {    // a test runs only if it is in the file and in the given filter
     if (!others.empty()) add_pattern(unwanted, others);
     ::testing::GTEST_FLAG(filter) = wanted + (unwanted.empty() ? "" : "-" + unwanted);
   }

@@ -146,7 +146,7 @@ inline rve::RveState numbered_backwards(const rve::RveState &packing)
 }
 
 /// Returns true if cell, positions, velocities, spins and contact histories are the same to the
-/// last bit; lists may differ.
+/// last bit; the pair lists can differ.
 inline bool same_motion(const rve::RveState &a, const rve::RveState &b)
 {
   return components(a.cell) == components(b.cell) &&

@@ -167,8 +167,8 @@ template <> constexpr rve::Format format_of<DoubleNumbers>()
   return rve::Format::Double;
 }
 
-/// Returns a run that starts from the state. Its force scale is coarse enough for the first call,
-/// since these tests do not repeat a call as the engine does.
+/// Returns a run that starts from the state. Its force scale is coarse enough for the first call.
+/// The engine repeats a call if the scale is too fine, but these tests do not.
 template <class Numbers, int D> RveRun<D> run_of(RveStateOf<D> state, KernelVariant memory)
 {
   state.largest_contact_force = 1e4;
@@ -188,8 +188,8 @@ template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, Ker
   return read_device_state<D>(format_of<Numbers>(), run.image, memory);
 }
 
-/// Expects the same bits of results and states. The bytes of the device states may differ, since a
-/// zero in a history may have either sign.
+/// Expects the same bits of results and states. The bytes of the device states can differ, since a
+/// zero in a history can have either sign.
 template <class Numbers, int D>
 void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, KernelVariant memory)
 {

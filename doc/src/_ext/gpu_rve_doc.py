@@ -23,8 +23,8 @@ RESULTS = os.path.join(REPOSITORY, 'bench', 'results')
 LAMMPS_MANUAL = 'https://docs.lammps.org/'
 
 # Pages that are, or would be, ours: a reference to a missing one of these is a warning, not a link to LAMMPS.
-OURS = re.compile(r'rve|mpm|random|footing|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles|stability'
-                  r'|getting_started|howto|glossary|validation|verification|packing|tutorial|python_reference')
+OURS = re.compile(r'rve|mpm|random|footing|gpu|theory|accuracy|performance|architecture|install|units_notation|release_notes|failure|styles|stability'
+                  r'|getting_started|howto|glossary|validation|verification|packing|contact_laws|loading_paths|troubleshooting|tutorial|python_reference')
 
 # Debian's libjs-mathjax, and what formulas in TeX that are drawn as SVG need of it: 4 MB of 54
 MATHJAX = '/usr/share/javascript/mathjax'
@@ -101,9 +101,10 @@ class BenchResults(Directive):
                                   stands for a key that the row has not, and values with spaces are in quotes
         :columns: key ...         only these columns of them
         :metrics: metric ...      a line for each case instead of each row, with the columns and these of its metrics
+        :millions: column ...     these columns and metrics are shown in millions
     """
     optional_arguments = 1
-    option_spec = {'where': shlex.split, 'columns': str.split, 'metrics': str.split}
+    option_spec = {'where': shlex.split, 'columns': str.split, 'metrics': str.split, 'millions': str.split}
 
     def run(self):
         env = self.state.document.settings.env
@@ -136,6 +137,14 @@ class BenchResults(Directive):
     def table(self, rows):
         columns = self.options.get('columns')
         metrics = self.options.get('metrics')
+        millions = self.options.get('millions', [])
+
+        def title(key):
+            return key.replace('_', ' ') + (' [10^6]' if key in millions else '')
+
+        def shown(key, value):
+            return cell(float(f'{value * 1e-6:.3g}') if key in millions and value != '' else value)
+
         if metrics:
             cases = {}
             for row in rows:
@@ -144,13 +153,13 @@ class BenchResults(Directive):
             for of_case in cases.values():
                 values = {row['metric']: row['value'] for row in of_case}
                 if values.keys() & set(metrics):
-                    lines.append([cell(self.look_up(of_case[0], key)) for key in columns or ()]
-                                 + [cell(values.get(metric, '')) for metric in metrics])
-            titles = [key.replace('_', ' ') for key in (columns or []) + metrics]
+                    lines.append([shown(key, self.look_up(of_case[0], key)) for key in columns or ()]
+                                 + [shown(metric, values.get(metric, '')) for metric in metrics])
+            titles = [title(key) for key in (columns or []) + metrics]
             return table_of(titles, [10] * len(titles), lines)
         if columns:
-            return table_of([key.replace('_', ' ') for key in columns], [10] * len(columns),
-                            [[cell(self.look_up(row, key)) for key in columns] for row in rows])
+            return table_of([title(key) for key in columns], [10] * len(columns),
+                            [[shown(key, self.look_up(row, key)) for key in columns] for row in rows])
         return table_of(('case', 'metric', 'value', 'unit'), (50, 20, 15, 15),
                         [(words(row.get('case', {})), str(row.get('metric', '')), cell(row.get('value')), str(row.get('unit', '')))
                          for row in rows])

@@ -113,8 +113,8 @@ rve::MaterialMember parameter_of(const rve_packing &packing, const char *keyword
       packing.state);
 }
 
-/// Returns the indices of RVEs in `which`, or those of all RVEs if it is null. Throws InputError if
-/// an index is out of range or occurs twice.
+/// Returns the indices of RVEs in `which`, or the indices of all RVEs if `which` is null. Throws
+/// InputError if an index is out of range or occurs twice.
 capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size_t count)
 {
   const std::size_t size = batch.size();
@@ -137,16 +137,18 @@ capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size
 
 // ---- arrays of callers: on the host, or on the device of a batch ----
 
-/// Memory in which the arrays of a call may be: only that of the host, or also that of the device.
+/// Memory that a call allows for its arrays: only host memory, or host memory and the memory of the
+/// device of the batch.
 enum class Arrays { OnHost, OnEither };
 
-/// Array of the caller in a form that the batch can read or write on the host. For an array on the
-/// device of the batch, it has a copy on the host. Number is const double for input arrays and
-/// double for output arrays.
+/// Array of the caller in a form that the batch can read or write on the host. If the array is on
+/// the device of the batch, this object has a copy on the host. Number is const double for input
+/// arrays and double for output arrays.
 template <class Number> class CallerArray {
  public:
-  /// Copies the `count` values of an input array from the device if the array is there. Throws
-  /// InputError, which names the array, if the call does not allow an array in this memory.
+  /// Copies the `count` values of an input array from the device if the array is there. With
+  /// Arrays::OnEither, throws InputError, which names the array, if the batch is on CPU threads or
+  /// the array is in the memory of another device.
   CallerArray(const rve_batch &batch, Arrays arrays, Number *array, const char *name,
               std::size_t count) :
       array_(array)

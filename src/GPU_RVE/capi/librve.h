@@ -13,8 +13,9 @@
  * Errors. A function that returns int returns RVE_SUCCESS or an error code. rve_error() returns the
  * text of the error, which names the value, its unit and the allowed range. A function that returns
  * an error has changed nothing, and output arguments keep their earlier values. There is one
- * exception: if a trial ends with RVE_NO_MEMORY or RVE_FAILED, RVEs of the call may have lost their
- * earlier trials, as after rve_revert(). No function throws a C++ exception.
+ * exception: if a trial ends with RVE_NO_MEMORY or RVE_FAILED, RVEs of the call can have lost their
+ * earlier trials. They then have their committed states, as after rve_revert(). No function throws
+ * a C++ exception.
  *
  * Threads. Several threads may use different batches and packings at the same time. Only one thread
  * at a time may use a batch or a packing.
@@ -75,8 +76,8 @@ RVE_API int rve_packing_read(const char *file, rve_packing **packing);
 RVE_API int rve_packing_write(const rve_packing *packing, const char *file);
 /* Reads all packings of a library in their order, or the packing of a packing file (manual:
  * packing_file). `packings` has space for `capacity` pointers. *count becomes the number of
- * packings, and it is an error if that exceeds `capacity`. With packings NULL only *count is set.
- * The caller frees each packing by rve_packing_free(). Since 1.2. */
+ * packings, and it is an error if this number exceeds `capacity`. With packings NULL only *count is
+ * set. The caller frees each packing by rve_packing_free(). Since 1.2. */
 RVE_API int rve_library_read(const char *file, rve_packing **packings, size_t capacity,
                              size_t *count);
 /* Makes an image of a packing: the same grains, mirrored or rotated by right angles. An image is a
@@ -125,10 +126,10 @@ RVE_API int rve_packing_parameter(const rve_packing *packing, const char *keywor
 RVE_API int rve_packing_set_parameter(rve_packing *packing, const char *keyword, double value);
 
 /* Table of the contacts between grains. Forces are those of the contact springs, without dashpots.
- * rve_packing_contacts() gives the number of rows, rve_contact_columns() that of columns. A row has
- * the ID of the first and of the second grain (from 0), the branch vector (D) [length], the overlap
- * [length], the normal force [force], the force on the first grain (D) [force], and 1 if the
- * contact slides, else 0. */
+ * rve_packing_contacts() gives the number of rows, and rve_contact_columns() returns the number of
+ * columns. A row has the ID of the first and of the second grain (from 0), the branch vector (D)
+ * [length], the overlap [length], the normal force [force], the force on the first grain (D)
+ * [force], and 1 if the contact slides, else 0. */
 RVE_API size_t rve_contact_columns(int dimension);
 RVE_API int rve_packing_contacts(const rve_packing *packing, size_t *rows);
 RVE_API int rve_packing_contact_table(const rve_packing *packing, double *values, size_t count);
@@ -248,14 +249,15 @@ RVE_API int rve_tangents(rve_batch *batch, const size_t *which, size_t count, co
 
 /* Returns the number of the CUDA device of the batch; -1 for a batch on CPU threads. */
 RVE_API int rve_batch_device_number(const rve_batch *batch);
-/* The functions with _device give the same bits as those without. They need a batch on a CUDA
- * device. Each of `increments`, `stresses`, `values` and `stiffness` may be in the memory of that
- * device or of the host. All other arrays are on the host. It is an error if an array is in the
- * memory of another device or if the batch is on CPU threads. The text of this error names the
- * array, which is not accessed. The arrays are read and written in the default stream of the
- * device. Results are complete on return. Work on the arrays in streams that do not synchronise
- * with the default stream (non-blocking streams of CUDA) must have finished before the call. As
- * after any call, the current CUDA device of the thread is that of the batch. */
+/* A function with the suffix _device returns the same bits as the function without it. It needs a
+ * batch on a CUDA device. Each of `increments`, `stresses`, `values` and `stiffness` may be in the
+ * memory of that device or of the host. All other arrays are on the host. It is an error if an
+ * array is in the memory of another device or if the batch is on CPU threads. The error names the
+ * array, and the array is not accessed. The arrays are read and written in the default stream of
+ * the device. Results are complete on return. If a stream that does not synchronise with the
+ * default stream (a non-blocking CUDA stream) works on the arrays, its work must have finished
+ * before the call. After any call for a batch on a CUDA device, the current CUDA device of the
+ * thread is the device of the batch. */
 RVE_API int rve_trial_device(rve_batch *batch, const size_t *which, size_t count,
                              const double *increments, const double *dt, const int32_t *substeps,
                              double *stresses, uint32_t *statuses);
@@ -277,7 +279,7 @@ RVE_API int rve_batch_set_packing(rve_batch *batch, size_t which, const rve_pack
 
 /* Saves the exact committed states as bytes, for restart files and for other processes. `bytes` has
  * space for `capacity` bytes. *size becomes the number of bytes of these states, and it is an error
- * if that exceeds `capacity`. With bytes NULL only *size is set. This release restores bytes
+ * if this number exceeds `capacity`. With bytes NULL only *size is set. This release restores bytes
  * of earlier releases; earlier releases reject bytes of this release. */
 RVE_API int rve_save(rve_batch *batch, void *bytes, size_t capacity, size_t *size);
 /* Restores committed states. The bytes must have as many RVEs as the batch. */

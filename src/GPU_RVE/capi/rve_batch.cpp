@@ -129,7 +129,8 @@ namespace {
       for (std::size_t k = 0; k < which.size(); ++k) check_drive(which[k], drives[k]);
       require_stable_steps(which, drives);
       for (const std::size_t m : which) {
-        // an advance changes the committed state, so that the copy for trials is no longer valid
+        // an advance changes the committed state, so the copy of this state for trials is no longer
+        // valid
         if (keeps)
           members[m].committed.reset();
         else
@@ -182,7 +183,8 @@ namespace {
         paths.begin(rves.back().state, paths.size() == 1 ? 0 : static_cast<int>(rves.size()) - 1,
                     members[m].result.deformation);
       }
-      // drive() may throw in a later stage of a path: all RVEs then return to these states
+      // drive() can throw in a later stage of a path; then all RVEs return to the states that are
+      // copied here
       for (const std::size_t m : which) keep_committed(members[m]);
       try {
         write_row(quantities, which, found.data());
@@ -267,7 +269,7 @@ namespace {
               "; the batch has dimension ", D);
       require(header.count == members.size(), "there are ", header.count,
               " saved RVEs; the batch has ", members.size());
-      // all saved RVEs are added before any RVE is removed, since adding one may throw
+      // all saved RVEs are added before any RVE is removed, because add() can throw
       std::vector<Member> restored;
       try {
         for (const State &state : states_in<D>(bytes, header))
@@ -295,7 +297,7 @@ namespace {
       std::optional<Version> committed = {};
       Result result = {};    ///< result of the RVE in the engine
       /// Stability bound that the last check of the committed state found [time]; 0: not checked
-      /// yet. It is valid until the RVE exceeds `limit`.
+      /// yet. It is valid until the RVE has stiffened beyond `limit`.
       double stable_dt = 0.0;
       rve::StiffeningLimit limit = {};
       /// Contact measures of the RVE in the engine. The first request computes all of them, because
@@ -382,9 +384,9 @@ namespace {
     }
 
     /// Throws InputError if the DEM steps of a drive are too long for the committed state of its
-    /// RVE. RVEs whose last check covers the step are skipped. The engine computes a lower bound of
-    /// the stable step for the others. The host computes the exact stable step if the RVE has a
-    /// trial or if its step exceeds the bound from the engine.
+    /// RVE. RVEs whose step is at most the bound of a check that is still valid are skipped. The
+    /// engine computes a lower bound of the stable step for the others. The host computes the exact
+    /// stable step if the RVE has a trial or if its step exceeds the bound from the engine.
     void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
     {
       Members in_engine, exactly;    // indices in `which`

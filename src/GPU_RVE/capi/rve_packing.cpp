@@ -13,8 +13,8 @@ namespace capi {
 
 namespace {
 
-  /// Throws InputError if the grains drift. There is no log in which a correction could be
-  /// reported.
+  /// Throws InputError if the grains drift. The drift is not corrected, because there is no log
+  /// that could report the correction.
   void require_no_drift(const AnyState &packing, const std::string &name)
   {
     const std::string drift = std::visit(

@@ -28,8 +28,8 @@ std::vector<char> saved(int dimension, std::size_t count,
 /// have RVEs of dimension 2 or 3.
 SavedHeader header_of(const char *bytes, std::size_t size);
 
-/// Returns the states in `bytes`, which begin with this header. Throws InputError unless the
-/// records are exactly those of header.count valid states.
+/// Returns the states in `bytes`, which begin with this header. Throws InputError unless the bytes
+/// contain exactly header.count records of valid states.
 template <int D>
 std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &header);
 

@@ -49,19 +49,21 @@ std::string loading_obstacle(const GpuProperties &gpu, GpuCode code, const std::
 /// Result of CUDA's search for devices.
 enum class DriverError { NoDriver, OldDriver, NoDevice, Other };
 
-/// Returns an error message, with a remedy, for a search that found no device. Versions are those
-/// of CUDA, 1000 major + 10 minor. `visible` is the value of the environment variable
-/// CUDA_VISIBLE_DEVICES, or null. `words` is CUDA's error message.
+/// Returns the error message for a search that found no device, with a remedy if there is one.
+/// `driver_version` and `runtime_version` are versions of CUDA: 1000 major + 10 minor. `visible` is
+/// the value of the environment variable CUDA_VISIBLE_DEVICES, or null if it is not set. `words` is
+/// CUDA's error message.
 std::string driver_obstacle(DriverError driver_error, int driver_version, int runtime_version,
                             const char *visible, const std::string &words);
 
 struct CudaChoice {
-  int number = -1;         ///< number of the device in CUDA
-  std::string obstacle;    ///< reason why no device can be used
+  int number = -1;         ///< number of the device in CUDA; -1 if no device can be used
+  std::string obstacle;    ///< reason why no device can be used, or empty
 };
 
-/// Returns the device of a rank. The ranks of a machine are distributed over the usable GPUs in
-/// turn. `obstacles` has one text per GPU, which is empty if the GPU is usable.
+/// Returns the device of a rank. `obstacles` has one text per GPU; it is empty if the GPU is
+/// usable. The usable GPU with index `local_rank` modulo the number of usable GPUs is chosen, where
+/// `local_rank` is the rank within the machine.
 CudaChoice choose_gpu(const std::vector<std::string> &obstacles, int local_rank);
 
 }    // namespace rve

@@ -15,9 +15,8 @@ struct CudaDevice {
 };
 
 /// Returns the device of a rank of this machine. The ranks are distributed in turn over the GPUs
-/// for which the program has code. The device must be able to load `kernel`, which may be any
-/// kernel of the program, such as the smallest. Throws std::runtime_error if a device does not
-/// respond.
+/// for which the program has code. `kernel` is any kernel of the program; if the device cannot load
+/// it, `obstacle` contains the reason. Throws std::runtime_error if a device does not respond.
 CudaDevice find_cuda_device(int local_rank, const void *kernel);
 
 }    // namespace rve

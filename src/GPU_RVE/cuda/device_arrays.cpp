@@ -14,7 +14,8 @@ namespace rve {
 
 bool is_on_device(const double *array, const char *name, int device)
 {
-  // Without this call CUDA would create a context on the current device, which may be another one.
+  // Without this call CUDA would create a context on the current device, which can be another
+  // device.
   check_cuda(cudaSetDevice(device), "choice of the device");
   cudaPointerAttributes attributes;
   check_cuda(cudaPointerGetAttributes(&attributes, array), "memory of an array");
@@ -28,7 +29,7 @@ void copy_numbers(const double *from, double *to, std::size_t count, int device)
 {
   check_cuda(cudaSetDevice(device), "choice of the device");
   check_cuda(cudaMemcpy(to, from, count * sizeof(double), cudaMemcpyDefault), "copy of an array");
-  // cudaMemcpy may return before a copy to the device is complete.
+  // cudaMemcpy can return before a copy to the device is complete.
   check_cuda(cudaStreamSynchronize(nullptr), "copy of an array");
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Functions for arrays of a caller in host memory or in the memory of a CUDA device. In builds
-// without CUDA all arrays are in host memory.
+// Functions for arrays that a caller has in host memory or in the memory of a CUDA device. In
+// builds without CUDA all arrays are in host memory.
 
 #pragma once
 

@@ -85,8 +85,8 @@ template <class T> class DeviceBuffer {
     return zeros;
   }
 
-  /// Returns memory for `count` elements. Elements that were not written since the last growth are
-  /// zero.
+  /// Returns memory for `count` elements. Elements that have not been written since this function
+  /// last enlarged the array are zero.
   T *reserve_clean(std::size_t count)
   {
     return count > capacity ? reserve_zeros(count) : memory.get();
@@ -109,8 +109,8 @@ template <class T> class DeviceBuffer {
     return send(values.size());
   }
 
-  /// Waits for the launched kernels and returns a host copy of the values. It is valid until the
-  /// next host_array().
+  /// Waits for the launched kernels and returns a host copy of the values. The copy is valid until
+  /// another function of this class uses the host memory.
   const T *receive(std::size_t count)
   {
     T *host = host_array(count);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Programmatic dependent launch: the blocks of a kernel are placed on the device while the previous
-// kernel still runs. The kernel itself then waits for the end of the previous one.
+// kernel still runs. The kernel calls follow() to wait for the end of the previous kernel.
 
 #pragma once
 
@@ -10,16 +10,18 @@
 
 namespace rve {
 
-/// Returns true if a kernel waits for the previous one by cudaGridDependencySynchronize() on a GPU
-/// of major compute capability `major`. This requires a GPU of compute capability 9.0 or newer, and
-/// code from PTX for such GPUs: code for older GPUs does not wait.
+/// Returns true if cudaGridDependencySynchronize() or follow() in `kernel` waits for the previous
+/// kernel on a GPU of major compute capability `major`. The GPU must have compute capability 9.0 or
+/// newer, and the code of the kernel must come from PTX for such GPUs. Code for older GPUs does not
+/// wait.
 inline bool waits_itself(int major, const cudaFuncAttributes &kernel)
 {
   return major >= 9 && kernel.ptxVersion >= 90;
 }
 
-/// Returns the launch attribute that places blocks before the previous kernel has ended. `early`
-/// may be true only for kernels that wait themselves (waits_itself).
+/// Returns the launch attribute that lets the device place the blocks of a kernel before the
+/// previous kernel has ended if `early` is true. `early` must be false for a kernel that does not
+/// wait itself (waits_itself).
 inline cudaLaunchAttribute in_place_early(bool early)
 {
   cudaLaunchAttribute attribute;
@@ -29,7 +31,8 @@ inline cudaLaunchAttribute in_place_early(bool early)
 }
 
 /// Waits until all writes of the previous kernel are visible. A kernel that is launched early must
-/// call it first, on every path.
+/// call this function first, on every path. The function also lets the device place the blocks of
+/// the next kernel.
 __device__ inline void follow()
 {
 #if __CUDA_ARCH__ >= 900

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// List of kernels that are launched together. A list that recurs is launched as one CUDA graph.
-// That takes the host a few microseconds, as long as the launch of a single kernel.
+// List of kernels that are launched together. A list that recurs is launched as one CUDA graph. The
+// launch of a graph takes the host a few microseconds, as long as the launch of a single kernel.
 
 #pragma once
 
@@ -21,8 +21,8 @@ namespace rve {
 /// kernel must call follow() first.
 class LaunchList {
  public:
-  /// With `early`, the blocks of a kernel may be placed on the device before the previous kernel
-  /// has ended. The kernels must then wait themselves (waits_itself).
+  /// If `early` is true, the device can place the blocks of a kernel before the previous kernel has
+  /// ended. All kernels of the list must then wait themselves (waits_itself).
   void set_early(bool early) { early_ = early; }
 
   template <class... Parameters>
@@ -50,7 +50,7 @@ class LaunchList {
     now_.clear();
   }
 
-  /// Drops the kernels that have not been launched.
+  /// Removes all kernels from the list without launching them.
   void forget() { now_.clear(); }
 
   /// Returns how often a graph has been launched so far.
@@ -71,7 +71,7 @@ class LaunchList {
           first == other.first && count == other.count;
     }
   };
-  /// Launches, the bytes of all arguments, and the offset of each argument.
+  /// Launches, the offset of each argument in `bytes`, and the bytes of all arguments.
   struct List {
     std::vector<Launch> launches;
     std::vector<std::size_t> places;

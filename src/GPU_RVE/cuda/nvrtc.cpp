@@ -114,8 +114,8 @@ Nvrtc::~Nvrtc()
 
 const Nvrtc &Nvrtc::of_this_machine()
 {
-  // The name without a folder comes first, so that the dynamic loader finds the library of users
-  // who set LD_LIBRARY_PATH. The object is never destroyed, since the library has its own threads.
+  // The name without a folder comes first, so that a library in LD_LIBRARY_PATH takes precedence.
+  // The object is never destroyed, since the library has its own threads.
   static const Nvrtc &nvrtc = *new Nvrtc(
       {"libnvrtc.so." GPU_RVE_CUDA_MAJOR, GPU_RVE_CUDA_LIBRARIES "/libnvrtc.so", "libnvrtc.so"});
   return nvrtc;
@@ -159,7 +159,7 @@ DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHea
 
   const int result = nvrtc.compile(program, static_cast<int>(words.size()), words.data());
   if (result != SUCCESS) {
-    constexpr std::size_t most = 4000;    // a log may have thousands of lines
+    constexpr std::size_t most = 4000;    // a log can have thousands of lines
     std::string log = nvrtc.text_of(program, nvrtc.log_size, nvrtc.log, "log");
     if (log.size() > most) log.resize(most);
     std::string message =
@@ -175,7 +175,7 @@ DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHea
   compiled.kernel = lowered;
   compiled.code = nvrtc.text_of(program, nvrtc.cubin_size, nvrtc.cubin, "code");
   compiled.text = nvrtc.text_of(program, nvrtc.ptx_size, nvrtc.ptx, "text");
-  if (compiled.code.empty()) compiled.code = compiled.text;    // the options request PTX
+  if (compiled.code.empty()) compiled.code = compiled.text;    // the options requested PTX only
   return compiled;
 }
 

@@ -19,7 +19,7 @@ struct DeviceCode {
   std::string kernel;    ///< mangled name of the kernel in `code`
   /// Binary for an architecture, or PTX that the driver compiles.
   std::string code;
-  std::string text;    ///< PTX of the code, for inspection; not stored in a cache
+  std::string text;    ///< PTX of the code, for inspection; the kernel cache does not store it
 };
 
 class Nvrtc {
@@ -42,9 +42,10 @@ class Nvrtc {
   const std::string &identity() const { return identity_; }
 
   /// Returns the value of the option --gpu-architecture for GPUs of this compute capability (10
-  /// major + minor), such as "sm_90". For a GPU that the compiler does not support, it returns the
-  /// newest older architecture as PTX, such as "compute_120", which the driver of the GPU compiles.
-  /// Throws std::runtime_error if there is neither.
+  /// major + minor), such as "sm_90". If the compiler does not support these GPUs, the function
+  /// returns the newest older architecture in the form that requests PTX, such as "compute_120";
+  /// the driver compiles the PTX. Throws std::runtime_error if the compiler supports no
+  /// architecture up to `capability`.
   std::string target_for(int capability) const;
 
   /// Compiles the kernel with the C++ name `kernel`. Throws std::runtime_error with the message of

@@ -30,8 +30,9 @@ namespace {
   {
     Size points;
     for (int a = 0; a < AXES; ++a) {
-      // The lags n-1 and 1-n may share a point of the torus only if their covariances are equal.
-      // This is certain for an ellipse along the axes. Otherwise one more point keeps them apart.
+      // The lags n-1 and 1-n must not share a point of the torus unless their covariances are
+      // equal. They are equal if the axes of the ellipse are along x and y. Otherwise one more
+      // point keeps them apart.
       const double lags =
           2.0 * static_cast<double>(grid.nodes[a] - 1) + (anisotropy.is_aligned() ? 0.0 : 1.0);
       points[a] = good_size(lags + padding * anisotropy.half_width(a) / grid.spacing[a]);
@@ -123,8 +124,8 @@ TorusReport CirculantEmbedding::decompose(const Covariance &covariance)
   const bool aligned = covariance.anisotropy.is_aligned();
 
   // Covariances are computed for lags x from 0 to half way round the torus. The others follow from
-  // C(-x, -y) = C(x, y). Half way round, the lags x and -x are the same point. It gets the mean of
-  // their two covariances, which keeps this symmetry.
+  // C(-x, -y) = C(x, y). Half way round, the lags x and -x are the same point. The point gets the
+  // mean of the covariances of both lags, which keeps the symmetry C(-x, -y) = C(x, y).
   const auto fill = [&](const auto &function) {
     const auto value = [&](double x, double y) {
       return function(covariance.anisotropy.distance({x, y}));

@@ -28,7 +28,8 @@ struct TorusReport {
   std::int64_t num_rounded = 0;     ///< number in [-tolerance, 0): zero within rounding errors
   double smallest = 0.0, largest = 0.0;
   double tolerance = 0.0;    ///< bound of rounding errors of the transform
-  /// Upper bound of the change of a covariance if all negative eigenvalues are set to zero [-].
+  /// Upper bound of the error of any covariance that results if all negative eigenvalues are set to
+  /// zero [-].
   double covariance_error = 0.0;
 };
 
@@ -45,7 +46,8 @@ class CirculantEmbedding {
   /// Tori that were tried. The last one is used.
   const std::vector<TorusReport> &trials() const { return trials_; }
   const Size &torus() const { return trials_.back().points; }
-  /// Number of points along each axis of the last torus minus that of the first torus.
+  /// Number of points along each axis that the last torus has in addition to those of the first
+  /// torus.
   Size padding() const;
 
   /// Returns a field on the nodes in the order of Grid::index, with mean 0 and variance 1.
@@ -61,7 +63,7 @@ class CirculantEmbedding {
 
   Grid grid_;
   RealFft fft_;
-  /// sqrt(lambda) / (number of points) of the wave numbers that fft_ keeps.
+  /// sqrt(lambda) / (number of points) for each wave number that fft_ stores.
   std::vector<double> root_;
   std::vector<TorusReport> trials_;
 };

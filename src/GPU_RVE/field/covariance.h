@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Covariance functions of a stationary Gaussian field of variance 1. Their argument is the distance
-// r in correlation lengths [-]. Matern's function has a parameter, the smoothness nu. It equals the
-// exponential function for nu = 1/2 and tends to the Gaussian function for infinite nu.
+// Covariance functions of a stationary Gaussian field of variance 1. Their argument r is the
+// distance between two points, divided by the correlation length [-]. Matern's function has a
+// parameter, the smoothness nu. It equals the exponential function for nu = 1/2 and tends to the
+// Gaussian function for infinite nu.
 //   Matern, Spatial Variation (1986)
 //   Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 4.2.1
 

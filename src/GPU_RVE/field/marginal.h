@@ -13,7 +13,8 @@
 
 namespace field {
 
-/// Bound of |z|. Larger values have a probability below 1e-349. All marginals are finite within it.
+/// Bound of |z|. Larger values have a probability below 1e-349. All marginals are finite if |z| is
+/// at most this bound.
 constexpr double FARTHEST_Z = 40.0;
 
 /// Normal distribution: mean + deviation z.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Normal random numbers with mean 0 and variance 1 from a seed, by the 64-bit Mersenne twister of
-// the C++ standard and the transform of Box & Muller (1958). std::normal_distribution is not used,
-// because its numbers differ between standard libraries. |z| is at most sqrt(106 ln 2) = 8.57.
+// Generator of normal random numbers with mean 0 and variance 1. It uses the 64-bit Mersenne
+// twister of the C++ standard, started from a seed, and the transform of Box & Muller (1958).
+// std::normal_distribution is not used, because its numbers differ between standard libraries. |z|
+// is at most sqrt(106 ln 2) = 8.57.
 
 #pragma once
 

@@ -58,18 +58,18 @@ class CollectiveError {
 /// all ranks. Collective.
 std::string first_message(LAMMPS *lmp, std::string message);
 
-/// Ends with error->all if any rank has a message. The text is that of the lowest such rank.
-/// Collective.
+/// Ends with error->all if any rank has a message. All ranks use the message of the lowest rank
+/// that has one. Collective.
 void error_if_any(LAMMPS *lmp, std::string message);
 
-/// Returns the text of an exception for an error message. It is never empty, and std::bad_alloc
-/// reads as a lack of memory.
+/// Returns the text of an exception for an error message. It is never empty. For std::bad_alloc it
+/// reports a lack of memory.
 std::string problem_of(const std::exception &exception);
 
 /// Runs `body` on each rank. If it throws on any rank, all ranks end with error->all: "who: " and
-/// the problem of the lowest rank that failed. Collective, but `body` must not communicate: another
-/// rank may already have failed. Exceptions of LAMMPS pass through, because error->all in `body`
-/// has ended all ranks.
+/// the problem of the lowest rank that failed. Collective, but `body` must not communicate, because
+/// a rank that has failed would not take part. Exceptions of LAMMPS pass through, because
+/// error->all in `body` has ended all ranks.
 template <class Body> void collectively(LAMMPS *lmp, const std::string &who, const Body &body)
 {
   std::string message;

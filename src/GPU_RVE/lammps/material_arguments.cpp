@@ -17,8 +17,8 @@ namespace {
 
 // ---- normal models ----
 
-/// Values of *contact*. The syntax is that of the pair_coeff arguments of pair_style granular after
-/// the two atom types.
+/// Values of the keyword *contact*. Their syntax is that of pair_coeff with pair_style granular,
+/// without the two atom types.
 struct Contact {
   MaterialArguments &material;
   double eta_n = 0.0;    ///< damping of the normal model; its unit depends on the damping model
@@ -210,7 +210,7 @@ constexpr Part PARTS[] = {{"tangential", read_tangential},
                           {"twisting", read_twisting},
                           {"reach", read_reach}};
 
-/// Reads the values of *contact*. Parameters of contacts that it does not give become 0.
+/// Reads the values of *contact*. Contact parameters that the script does not give become 0.
 void read_contact(ScriptArguments &words, MaterialArguments &material)
 {
   words.set_form(

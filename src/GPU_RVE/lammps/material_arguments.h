@@ -32,7 +32,7 @@ class MaterialArguments {
 
   /// Returns true if any parameter or the contact law has a value.
   bool any() const;
-  /// Overwrites values here with those that are set in `later`.
+  /// Replaces the values of this object by the values that `later` has.
   void add(const MaterialArguments &later);
 
   /// Contact law of the keyword *contact*, which also gives all parameters of the contact.

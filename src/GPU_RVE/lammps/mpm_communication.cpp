@@ -49,8 +49,8 @@ mpm::Communication LAMMPS_NS::mpm_communication(LAMMPS *lmp, const std::string &
   communication.raise_on_all = [lmp, who](const std::string &problem) {
     error_if_any(lmp, problem.empty() ? "" : who + ": " + problem);
   };
-  // not with several partitions: their ranks may share a device, and kernels of ranks on one device
-  // cannot wait for each other
+  // There is no shared memory with several partitions: ranks of different partitions can share a
+  // device, and kernels of ranks on one device cannot wait for each other.
   if (lmp->universe->nworlds == 1)
     communication.shared_memory = [ranks](std::size_t bytes) {
       return memory_in_common(ranks, bytes);

@@ -36,7 +36,7 @@ template <int D> struct ParseState {
   MpmSettings<D> &settings;
   mpm::SolverOptions<D> &options = settings.options;
   mpm::Face *face = nullptr;    ///< face of the last load or body; null before the first one
-  std::string owner{};          ///< subject of that load or body
+  std::string owner{};          ///< subject of the last load or body
   /// Subject and density of the last model or body; the pointer is null before the first one.
   std::string density_owner{};
   std::optional<double> *density = nullptr;
@@ -313,7 +313,7 @@ template <int D> void read_round(ScriptArguments &words, ParseState<D> &state)
   state.needs_face.back() = "round";
 }
 
-/// Reads *traction* or *pressure*. Several loads may act on the same points.
+/// Reads *traction* or *pressure*. Several loads can act on the same points.
 template <int D> void read_load(ScriptArguments &words, ParseState<D> &state)
 {
   const std::string keyword = words.keyword();
@@ -523,7 +523,7 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
     check_forms(lmp, state);
   });
   const std::string only_density = share_density(words, settings);
-  // a user may mistake this density for that of one model or body alone
+  // a user can think that this density applies to one model or body only
   const bool may_mislead = utils::strmatch(only_density, "^rigid ") ||
       (utils::strmatch(only_density, "^model ") && settings.models.size() > 1);
   if (may_mislead && lmp->comm->me == 0)
@@ -551,7 +551,7 @@ template <int D> double MpmSettings<D>::width_of_point() const
 
 template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const
 {
-  // another group may have the bit of a deleted one
+  // a new group can have the bit of a deleted group
   const auto check_group = [&](const char *keyword, const std::string &group, int bit) {
     const int found = lmp->group->find(group);
     if (found < 0)

@@ -29,7 +29,7 @@ template <int D> struct MpmRigidBody {
 
 /// A load: the keyword *traction* or *pressure* and its *face*.
 template <int D> struct MpmTraction {
-  int groupbit;               ///< 0: the points of a region
+  int groupbit;               ///< bit of the group; 0: the load acts on a region
   std::string id;             ///< ID of the group or region
   ScriptValue traction[D];    ///< [stress]
   bool is_pressure;           ///< traction[0] is a pressure along the inward normal of the face
@@ -43,7 +43,7 @@ template <int D> struct MpmTraction {
 template <int D> struct MpmInSitu {
   bool given = false;
   double gravity = 0.0;       ///< [length/time^2]
-  ScriptValue k0;             ///< lateral over vertical stress [-]
+  ScriptValue k0;             ///< ratio of lateral to vertical stress [-]
   bool is_at_rest = false;    ///< k0 rest: the RVEs find k0 without lateral strain
   ScriptValue surcharge;      ///< pressure on the surface, compression positive [stress]
   /// Vertical coordinate of the ground surface above each point [length]. No value: the upper edge
@@ -68,16 +68,16 @@ template <int D> struct MpmSettings {
   std::vector<MpmTraction<D>> tractions;
   std::vector<MpmModel<D>> models;
   std::vector<std::string> columns;    ///< names of state variables in the output
-  /// Density of models and bodies without a density of their own [mass/length^3]. 0: the density of
-  /// the RVEs; bodies have the mass of their atoms.
+  /// Density of models and bodies without a density of their own [mass/length^3]. 0: deformable
+  /// points have the density of their RVEs, and bodies have the mass of their atoms.
   double density = 0.0;
   double initial_volume = 0.0;    ///< volume of a point, in the plane its area [length^D]
   /// Initial stress of points without RVEs [stress].
   mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();
   MpmInSitu<D> in_situ;
   double courant_warn = 0.9, courant_error = 1.0;    ///< Courant numbers of the keyword *cfl* [-]
-  /// Number of RVEs whose tangents give the wave speed at the start of a run. 0: the upper bound
-  /// gives it.
+  /// Number of RVEs whose tangents give the wave speed at the start of a run. 0: no tangents are
+  /// measured, and the upper bound of the wave speed is used.
   int wave_tests = 0;
   int wave_every = 0;    ///< steps between measurements of the wave speed; 0: only at the start
   /// Wall time between progress lines [seconds]. 0: no lines.
@@ -101,7 +101,7 @@ template <int D> struct MpmSettings {
   double density_of(const MpmModel<D> &model) const { return model.density.value_or(density); }
   double density_of(const MpmRigidBody<D> &body) const { return body.density.value_or(density); }
 
-  /// Looks up the variables, groups and regions, which may change between runs. Ends with
+  /// Looks up the variables, groups and regions, which can change between runs. Ends with
   /// error->all if one does not exist.
   void find(LAMMPS *lmp);
   /// Ends with error->all if a group or a region of the fix has been deleted. This check is

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <mpi.h>
 
-// These functions of the C interface are the same in all versions of LAMMPS. A program that links
-// LAMMPS as a static library may lack them.
+// These functions of the C interface are the same in all versions of LAMMPS. They can be missing in
+// a program that links LAMMPS as a static library.
 #pragma weak lammps_version
 #pragma weak lammps_extract_setting
 #pragma weak lammps_config_has_mpi_support

@@ -22,7 +22,8 @@ struct LammpsKind {
 /// Returns the properties of the LAMMPS that this code is compiled for.
 LammpsKind kind_compiled_for();
 
-/// Returns an error message with the first difference and its remedy, or "" without a difference.
+/// Returns an error message with the first difference between `plugin` and `host` and its remedy,
+/// or "" if there is no difference.
 std::string complaint_about_host(const LammpsKind &plugin, const LammpsKind &host);
 
 /// Ends with an error of LAMMPS if the LAMMPS instance `lmp` differs from `plugin`. The check is

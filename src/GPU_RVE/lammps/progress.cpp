@@ -57,8 +57,8 @@ void watch()
   sigemptyset(&action.sa_mask);
   for (int k = 0; k < COUNT; ++k) {
     sigaction(SIGNALS[k], nullptr, &before[k]);
-    // nohup, or a shell that starts a process in the background, may have set the signal to be
-    // ignored
+    // the signal stays ignored if nohup, or a shell that starts a process in the background, has
+    // set it to be ignored
     taken[k] = (before[k].sa_flags & SA_SIGINFO) || before[k].sa_handler != SIG_IGN;
     if (taken[k]) sigaction(SIGNALS[k], &action, nullptr);
   }
@@ -123,7 +123,7 @@ Progress::Progress(LAMMPS *_lmp, std::string _who, double _interval) :
 {
 }
 
-// The run may have ended in an error, without a call of end().
+// If the run ended in an error, end() was not called.
 Progress::~Progress()
 {
   stop_watching();
@@ -144,7 +144,7 @@ void Progress::begin(const RveSteps &rve_steps)
 // the same communication, or false in steps without communication.
 bool Progress::exchange_signals(bool line_is_due)
 {
-  watch();    // runs with `pre no` have no setup
+  watch();    // runs with `pre no` do not call begin()
   const bool alone = lmp->comm->nprocs == 1;
   if (!alone && --steps_left > 0) return false;
   const double now = platform::walltime();
@@ -156,13 +156,13 @@ bool Progress::exchange_signals(bool line_is_due)
   const double steps_in_time = steps_between * (1e6 * LONGEST_WAIT) / std::max(values[2], 1);
   const double most = std::min(steps_in_time, 2.0 * steps_between);
   steps_left = steps_between = std::clamp(static_cast<int>(most), 1, MOST_STEPS);
-  // end() needs the signal on all ranks, and this one may have received none
+  // end() needs the signal on all ranks, and this rank may have received none
   recorded = values[1];
   if (values[1]) lmp->timer->force_timeout();
   return values[0] != 0;
 }
 
-// The clock of rank 0 counts, because clocks of other ranks may differ.
+// Rank 0 decides by its clock if a line is due, because the clocks of the ranks can differ.
 void Progress::step_done(const RveSteps &rve_steps)
 {
   const double now = platform::walltime();
@@ -193,7 +193,7 @@ void Progress::print(double now, double steps, bool has_rves) const
   utils::flush_buffers(lmp);    // the line appears at once and survives a signal
 }
 
-// A signal after the last step, or in a run without steps, counts as well.
+// A signal that arrives after the last step, or in a run without steps, also ends the script.
 void Progress::end()
 {
   if (!watching) return;

@@ -15,8 +15,8 @@ namespace LAMMPS_NS {
 class LAMMPS;
 class ScriptArguments;
 
-/// Progress of the runs of a style. Several styles may have an object in the same run. Results do
-/// not depend on it.
+/// Progress of the runs of a style. Several styles can each have such an object in the same run.
+/// Progress lines do not change the results of the run.
 class Progress {
  public:
   /// Lines begin with `_who`. At least `_interval` seconds of wall time lie between two lines; 0
@@ -52,7 +52,8 @@ class Progress {
   double start = 0.0;       ///< wall time at the start of the run [seconds]
   // DEM steps and wall time at the last line, or at the start of the run if that was later
   double steps_then = 0.0, time_then = 0.0;
-  // Several ranks communicate only in some steps: the longer a step takes, the more often.
+  // Several ranks communicate only in some steps. The longer a step takes, the fewer steps lie
+  // between two communications.
   int steps_between = 1;         ///< steps from one communication to the next; equal on all ranks
   int steps_left = 1;            ///< steps until the next communication; equal on all ranks
   double last_exchange = 0.0;    ///< wall time of the last communication of this rank [seconds]

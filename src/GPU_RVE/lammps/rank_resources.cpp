@@ -24,7 +24,8 @@ RankResources::RankResources(MPI_Comm world)
   MPI_Comm_rank(node, &rank);
   MPI_Comm_size(node, &ranks);
 
-  // mpirun may have bound ranks to cores: ranks that may use the same cores share them
+  // If mpirun has bound this rank to cores, only the ranks that are bound to some of these cores
+  // share them.
   cpu_set_t mine;
   CPU_ZERO(&mine);
   const long machine = sysconf(_SC_NPROCESSORS_ONLN);
@@ -68,7 +69,7 @@ std::shared_ptr<void> LAMMPS_NS::memory_in_common(MPI_Comm ranks, std::size_t by
     MPI_Comm_free(&neighbours);
     return {};
   }
-  // a container may have little shared memory: a failure is no error
+  // the allocation is allowed to fail, because a container can have little shared memory
   MPI_Comm_set_errhandler(neighbours, MPI_ERRORS_RETURN);
   MPI_Win window;
   void *memory = nullptr;

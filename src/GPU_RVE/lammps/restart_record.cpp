@@ -19,8 +19,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Tolerance of positions, which change by rounding when read_restart wraps an atom, relative to the
-// box and the coordinates.
+// Tolerance of a position, relative to the box and the coordinates. Rounding changes the position
+// when read_restart wraps an atom.
 constexpr double ROUNDING = 1e-9;
 
 /// Returns the checksum of a header as an integer that a double holds exactly.
@@ -89,7 +89,8 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   if (num_rows < 0) count_rows(lmp);
   Part part;
   if (i < num_rows) part = part_of_row(atom, i, nth);
-  // other rows are not searched: memory after the rows may still have records of an earlier file
+  // After a damaged row no other rows are searched, because memory after the rows can have records
+  // of an earlier file.
   if (part.bad >= 0)
     fail(fmt::format(
         "in the restart file is damaged: its part {} has {} values by its header, but {} are left; "
@@ -126,8 +127,8 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   return part.record;
 }
 
-// LAMMPS does not store the number of rows, and arrays of atoms may have grown since read_restart.
-// Rows are contiguous in memory.
+// LAMMPS does not store the number of rows, and arrays of atoms can have grown since read_restart.
+// The rows of read_restart are contiguous in memory, so contiguous rows are counted.
 void RestartRecords::count_rows(LAMMPS *lmp)
 {
   const Atom *atom = lmp->atom;
@@ -137,7 +138,8 @@ void RestartRecords::count_rows(LAMMPS *lmp)
     num_rows++;
 }
 
-// Rows after those of the atoms that were read are uninitialized memory.
+// Only the first rows belong to atoms that were read. The memory of the other rows is not
+// initialised.
 void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
 {
   for (int row = 0; row < num_rows; row++) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Per-atom records of a fix in a restart file. They are found by the IDs of their atoms.
+// Per-atom records of a fix in a restart file. The record of an atom is found by the ID of the
+// atom.
 //
 // read_restart stores the records in atom->extra, one row for each local atom. LAMMPS does not move
-// the rows when a later command deletes, sorts or exchanges atoms, so the row of an atom may have
-// another index than the atom. A record therefore begins with a header that has the ID of its atom.
+// the rows when a later command deletes, sorts or exchanges atoms, so the index of the row of an
+// atom can differ from the index of the atom. A record therefore begins with a header that has the
+// ID of its atom.
 
 #pragma once
 
@@ -26,7 +28,7 @@ struct RestartRecord {
 class RestartRecords {
  public:
   /// Number of values in the header: size of the record, step, ID of the atom, its unwrapped
-  /// position (3 values) and a checksum of these.
+  /// position (3 values) and a checksum of these 6 values.
   static constexpr int HEADER = 7;
   /// Writes the header of the record of local atom i to the first HEADER values of `buf`. The
   /// record has `size` values with the header.
@@ -39,8 +41,8 @@ class RestartRecords {
 
  private:
   int num_rows = -1;    ///< number of rows of atom->extra; -1: not counted yet
-  /// Maps the ID of an atom to its row. It is empty until an atom is found whose row has another
-  /// index than the atom.
+  /// Maps the ID of an atom to its row. It stays empty as long as all rows have the indices of
+  /// their atoms.
   std::unordered_map<tagint, int> row_of_id;
 
   void count_rows(LAMMPS *lmp);

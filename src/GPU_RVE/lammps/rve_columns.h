@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Columns of the computes and the dump of RVEs. A script requests the columns by name and may name
-// the fix rve that has the RVEs.
+// Columns of the computes and the dump of RVEs. A script requests the columns by name, and can give
+// the ID of the fix rve that has the RVEs.
 
 #pragma once
 
@@ -31,7 +31,8 @@ template <class Table> auto find_column(const std::string &name, const Table &ta
 
 /// Reads the words arg[first] to arg[narg - 1]. Each word names an entry of `table`, except that
 /// *fix ID* sets `fix_id`. Returns pointers to the named entries. An unknown word, a second *fix*
-/// and no column at all are errors. Messages begin with `style` and `id`, and call a column `kind`.
+/// and no column at all are errors. Messages begin with `style` and `id`, and use the word `kind`
+/// for a column.
 template <class Table>
 auto read_columns(LAMMPS *lmp, const std::string &style, const char *id, const char *kind,
                   const Table &table, int first, int narg, char **arg, std::string &fix_id)

@@ -136,7 +136,7 @@ std::string text_of_file(LAMMPS *lmp, const std::string &file)
 }
 
 /// Parses loading paths and adds their variables to `s`. Returns the number of words that belong to
-/// the paths. In a script, other keywords may follow the paths. A file has no other words.
+/// the paths. In a script, other keywords can follow the paths. A path file contains only paths.
 template <int D>
 std::size_t read_paths(ScriptArguments &words, const std::vector<macro::PathWord> &path,
                        bool in_script, std::shared_ptr<const macro::LoadPathsOf<D>> &result,
@@ -205,7 +205,7 @@ void read_substeps(ScriptArguments &words, FixRveSettings &s)
 {
   s.substeps = 0;
   s.macro_step.adaptive.reset();
-  if (words.take("match")) return;    // as many as cover the LAMMPS time step
+  if (words.take("match")) return;    // as many substeps as cover the LAMMPS time step
   if (!words.take("adaptive")) {
     s.substeps = words.integer("", 1);
     return;

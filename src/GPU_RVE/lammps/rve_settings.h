@@ -20,7 +20,7 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// Returns the keywords of fix rve, those of the material first.
+/// Returns the keywords of fix rve, beginning with the keywords of the material.
 rve::Words fix_rve_keywords();
 
 /// Returns the error message for a packing file that cannot be read. It contains the name of the
@@ -53,14 +53,15 @@ struct PackingChoice {
   bool is_by_property() const { return seed || stress || void_ratio; }
 };
 
-/// Loading paths, which exclude drive and servo.
+/// Loading paths. A script with paths has no keyword drive or servo.
 struct PathSettings {
   // at most one of the two is not null
   std::shared_ptr<const macro::LoadPathsOf<2>> of_disks;
   std::shared_ptr<const macro::LoadPathsOf<3>> of_spheres;
-  std::vector<ScriptValue> values;    ///< the variables of script_names() of the paths
-  std::string text = "none";          ///< words of the script, or names and checksums of path files
-  ScriptValue number;                 ///< number of the path of an atom, from 1
+  /// variables of the script in the paths, in the order of script_names()
+  std::vector<ScriptValue> values;
+  std::string text = "none";    ///< words of the script, or names and checksums of path files
+  ScriptValue number;           ///< number of the path of an atom, from 1
   bool number_given = false;
   bool halts = false;    ///< the run ends when all paths have ended
 
@@ -94,7 +95,8 @@ struct FixRveSettings {
 
   double dt = 0.0;    ///< DEM time step, used unless dt_auto [time]
   bool dt_auto = true;
-  double dt_fraction = 0.9;       ///< DEM time step over the stability bound with dt_auto [-]
+  /// with dt_auto, ratio of the DEM time step to its stability bound [-]
+  double dt_fraction = 0.9;
   bool dt_given = false;          ///< true if dt or a preset sets the time step
   int dt_check_interval = 100;    ///< LAMMPS steps between checks of the stability bound; 0: none
   int substeps = 0;    ///< DEM steps per LAMMPS step; 0: as many as cover the LAMMPS time step
@@ -116,8 +118,9 @@ struct FixRveSettings {
   /// Parses `fix ID group rve ...`. An error ends in error->all. Collective.
   static FixRveSettings parse(LAMMPS *lmp, int narg, char **arg);
 
-  /// Returns these settings with the changes of `fix_modify ID ...`. The material and the mass
-  /// scaling of the result are those of fix_modify alone. An error ends in error->all.
+  /// Returns these settings with the changes of `fix_modify ID ...`. In the result, the material
+  /// and the mass scaling contain only the values that fix_modify gives. An error ends in
+  /// error->all.
   FixRveSettings modified(LAMMPS *lmp, int narg, char **arg) const;
 
   /// Returns the name of the fix, with which messages begin.
@@ -126,9 +129,8 @@ struct FixRveSettings {
   /// Returns the number of DEM steps of a shadow for each step of its RVE; 1 without shadows.
   int steps_per_step() const { return num_shadows > 0 ? macro_step.shadow_refinement : 1; }
 
-  /// Returns the values of the keywords that may differ between a run and its continuation from a
-  /// restart file, by keyword. The material is left out because restart files have that of each
-  /// RVE.
+  /// Returns the value of each keyword that is allowed to change when a run continues from a
+  /// restart file. The material is left out, because a restart file has the material of each RVE.
   std::map<std::string, std::string> account() const;
 
  private:

@@ -76,8 +76,8 @@ void ScriptArguments::refuse(const std::string &message) const
   lmp->error->all(FLERR, marked, "{}: {}", command, message);
 }
 
-// Returns "stress samples" for the part "samples". A value before the keywords is named by its part
-// alone.
+// Returns the keyword and the part, for example "stress samples" for the part "samples" of
+// *stress*. A value before the keywords is named by its part alone.
 std::string ScriptArguments::label(const std::string &part) const
 {
   return current.keyword + (current.keyword.empty() || part.empty() ? "" : " ") + part;
@@ -113,7 +113,8 @@ void ScriptArguments::about(const std::string &subject, bool may_repeat)
   values_at = position;
 }
 
-// Adds the present keyword to those before it. A subject that is there already is an error.
+// Adds the present keyword to `before`. Ends with an error if the subject of the keyword is there
+// already.
 void ScriptArguments::end_keyword()
 {
   if (current.keyword.empty()) return;

@@ -77,7 +77,7 @@ class ScriptArguments {
 
   // ---- keywords ----
 
-  /// Sets the keywords that next_keyword() accepts, in the order of messages.
+  /// Sets the keywords that next_keyword() accepts, in the order in which messages list them.
   void set_keywords(rve::Words keywords) { known = std::move(keywords); }
   void add_keywords(const rve::Words &keywords);
 
@@ -128,7 +128,8 @@ class ScriptArguments {
   // ---- values ----
 
   bool empty() const { return position >= narg; }
-  /// Returns the next word, or the word that is `ahead` words after it; "" after the end.
+  /// Returns the word that is `ahead` words after the next word, or "" after the end of the
+  /// command.
   const char *peek(int ahead = 0) const
   {
     return position + ahead < narg ? arg[position + ahead] : "";

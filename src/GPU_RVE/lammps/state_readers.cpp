@@ -27,8 +27,8 @@ namespace {
 
 /// Returns true if the value of a word in a formula follows from time, positions and velocities
 /// alone. Returns false for thermo keywords that are computes (ke, temp, press ...), for functions
-/// of groups and regions, whose members may depend on variables, and for special functions that
-/// read fixes or computes.
+/// of groups and regions, because their members can depend on variables, and for special functions
+/// that read fixes or computes.
 bool is_plain(const std::string &word)
 {
   static const std::set<std::string> PLAIN = {
@@ -58,7 +58,7 @@ std::string formula_of(LAMMPS *lmp, int index)
   return info.substr(begin + 5, has_value ? info.find_last_of(' ') - begin - 5 : std::string::npos);
 }
 
-/// Implements may_read_results(). `seen` has the variables that are or have been searched.
+/// Implements may_read_results(). `seen` has the variables whose search has begun or ended.
 bool depends_on_results(LAMMPS *lmp, const std::string &name, std::set<std::string> &seen)
 {
   if (!seen.insert(name).second) return false;    // LAMMPS rejects circular variables itself
@@ -66,7 +66,7 @@ bool depends_on_results(LAMMPS *lmp, const std::string &name, std::set<std::stri
   const int index = variables->find(name.c_str());
   if (index < 0) return true;
   if (variables->internalstyle(index)) return false;
-  // a variable of another style may run Python code or read the next number of a file
+  // a variable of another style can run Python code or read the next number of a file
   if (!variables->equalstyle(index) && !variables->atomstyle(index) &&
       !variables->vectorstyle(index))
     return true;
@@ -99,7 +99,7 @@ struct Gravity : FixGravity {
   }
 };
 
-/// Returns true if a fix mpm, rve or gravity reads a variable in each step that may depend on
+/// Returns true if a fix mpm, rve or gravity reads in each step a variable that can depend on
 /// results. Apart from variables, these fixes need positions and masses of atoms only.
 bool reads_by_variables(const Fix *fix, LAMMPS *lmp)
 {

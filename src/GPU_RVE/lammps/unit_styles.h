@@ -9,8 +9,8 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// Ends with error->all unless a force is a mass times an acceleration in the unit style of the
-/// script, without a conversion factor. The message begins with `command`.
+/// Ends with error->all unless force = mass * acceleration holds without a conversion factor in the
+/// unit style of the script. The message begins with `command`.
 void require_mechanical_units(LAMMPS *lmp, const std::string &command);
 
 }    // namespace LAMMPS_NS

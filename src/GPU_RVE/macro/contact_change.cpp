@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Change of the contact law or of the contact resistances of the engine. An engine has fixed
-// kernels and a fixed memory layout, so all RVEs move to a new engine.
+// Changes the contact law or the contact resistances (rolling, twisting) of all RVEs. The kernels
+// and the memory layout of an engine are fixed, so the RVEs move to a new engine.
 
 #include "macro/rve_points.h"
 
@@ -16,7 +16,7 @@ namespace {
   /// States by number in the engine; empty where the number is free.
   template <int D> using StatesOf = std::vector<std::optional<rve::RveStateOf<D>>>;
 
-  /// Smallest possible RVE: the first grain of a state.
+  /// Returns the smallest possible RVE, which has only the first grain of a state.
   template <int D> rve::RveStateOf<D> first_grain_of(const rve::RveStateOf<D> &state)
   {
     rve::RveStateOf<D> grain;
@@ -29,8 +29,8 @@ namespace {
     return grain;
   }
 
-  /// Adds states to an empty engine, which assigns numbers in order. Placeholders take the free
-  /// numbers and are removed at the end.
+  /// Adds states to an empty engine. The engine assigns numbers in order, so an RVE with one grain
+  /// is added for each number without a state and removed at the end.
   template <int D> void add_all(const StatesOf<D> &states, rve::EngineOf<D> &engine)
   {
     std::size_t end = states.size();
@@ -53,7 +53,8 @@ namespace {
     pair.twisting_moment = 0.0;
   }
 
-  /// Memory of RVEs with these states and of calls that advance all of them [bytes].
+  /// Returns the memory of RVEs with these states plus the memory of a call that advances all of
+  /// them [bytes].
   template <int D> double bytes_of(const StatesOf<D> &states, rve::EngineOf<D> &engine)
   {
     double bytes = 0.0;
@@ -93,8 +94,9 @@ template <int D> void RvePointsOf<D>::expect(const rve::ContactModel &contacts)
   move_to(both, NewMaterials(points.size(), nullptr));
 }
 
-/// Contacts that support all RVEs with their new materials. Rolling resistance of the present
-/// contacts is kept, unless the contact law changes. Throws InputError if contact laws differ.
+/// Returns a contact model that supports all RVEs with their new materials. If the present model
+/// has rolling resistance, the new one keeps it unless the contact law changes. Throws InputError
+/// if the RVEs would have different contact laws.
 template <int D>
 rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) const
 {
@@ -115,8 +117,9 @@ rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) c
 }
 
 /// Moves all RVEs to a new engine. Pairs lose their rolling forces if the new contacts have no
-/// rolling resistance. The present engine is deleted before the new one gets the RVEs, so that its
-/// memory is free. Throws InputError if the memory does not suffice; then nothing has changed.
+/// rolling resistance. The present engine is deleted first, so that the new engine can use its
+/// memory. Throws InputError if a material is out of range or the memory does not suffice; then
+/// nothing has changed.
 template <int D>
 void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMaterials &materials)
 {

@@ -29,9 +29,10 @@ double ContactResponse<D>::contact_strain(double pressure, const rve::Material &
 template <int D>
 double ContactResponse<D>::frequency_at(double contact_strain, const rve::Material &material) const
 {
-  // A grain that turns by an angle gets the force k_t r angle with the lever arm r from each of its
-  // Z contacts. Z = D + 1 holds for an isostatic packing with friction. In 3D only the rotation
-  // normal to the branch vector moves the surface at the contact: two thirds of the squared angle.
+  // If a grain turns by an angle a, each of its Z contacts exerts the force k_t r a with the lever
+  // arm r. An isostatic packing with friction has Z = D + 1. In 3D only the part of the rotation
+  // normal to the branch vector moves the surface at the contact. The mean square of this part is
+  // two thirds of the squared angle.
   constexpr double CONTACTS = D == 2 ? 3.0 : 4.0 * 2.0 / 3.0;
   using Shape = rve::GrainShape<D>;
   const double radius = 0.5 * grain_size_;

@@ -16,8 +16,8 @@ template <int D> class ContactResponse {
   ContactResponse() = default;
   ContactResponse(const rve::Material &material, double grain_size);
 
-  /// Overlap over diameter at a pressure, rve::contact_strain() [-]. `material` must be that of the
-  /// constructor.
+  /// Returns the ratio of overlap to diameter at a pressure [stress] by rve::contact_strain() [-].
+  /// `material` must be the material that the constructor got.
   double contact_strain(double pressure, const rve::Material &material) const;
 
   /// Angular frequency w [1/time] at which grains oscillate if all spin in the same way in a cell
@@ -29,7 +29,8 @@ template <int D> class ContactResponse {
   double density() const { return density_; }
   /// Mean grain size, rve::grain_size() [length].
   double grain_size() const { return grain_size_; }
-  /// True if the moduli of contacts are constant: linear() then determines the response.
+  /// True if the contact moduli do not depend on the overlap. linear() then determines the
+  /// response.
   bool is_linear() const { return has_constant_moduli_; }
   const rve::LinearContacts &linear() const { return linear_; }
 

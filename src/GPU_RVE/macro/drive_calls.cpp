@@ -38,9 +38,9 @@ namespace {
 
 }    // namespace
 
-/// Advances RVEs and adds the wall time to seconds_in_engine. RVEs with several copies get a
-/// separate call, because the largest RVE of a call determines the share of a GPU for each RVE of
-/// the call.
+/// Advances RVEs and adds the wall time to seconds_in_engine. RVEs that consist of several copies
+/// get a separate call, because the largest RVE of a call determines how much of a GPU each RVE of
+/// the call occupies.
 template <int D>
 template <class Answers>
 void RvePointsOf<D>::call_engine(const Slots &slots, const Drives &drives, Answers &answers) const
@@ -62,8 +62,8 @@ void RvePointsOf<D>::call_engine(const Slots &slots, const Drives &drives, Answe
   seconds_in_engine += rve::seconds_since(start);
 }
 
-/// Advances RVEs; an RVE whose cell is too narrow repeats the call as copies of itself side by
-/// side.
+/// Advances RVEs. If the cell of an RVE is too narrow, copies side by side replace the RVE, and the
+/// call is repeated for it.
 template <int D>
 template <class Answers>
 void RvePointsOf<D>::call_and_widen(const Slots &slots, const Drives &drives, Answers &answers)
@@ -72,8 +72,8 @@ void RvePointsOf<D>::call_and_widen(const Slots &slots, const Drives &drives, An
   widen_and_repeat(slots, drives, answers);
 }
 
-/// Widens RVEs whose cells were too narrow and repeats the call for them, until no cell is too
-/// narrow or none of these can be widened.
+/// Widens RVEs whose cells were too narrow and repeats the call for them. Ends if no cell is too
+/// narrow or no RVE with a narrow cell can be widened.
 template <int D>
 template <class Answers>
 void RvePointsOf<D>::widen_and_repeat(const Slots &slots, const Drives &drives, Answers &answers)
@@ -130,7 +130,8 @@ template <int D> std::vector<int> RvePointsOf<D>::newly_quiescent(const Slots &s
   return some;
 }
 
-/// Evaluates the stiffness of RVEs at rest that were read from a record, which lacks it.
+/// Evaluates the stiffness of RVEs at rest that were read from a record. Records do not contain the
+/// stiffness.
 template <int D> void RvePointsOf<D>::complete_evaluations(const Slots &slots)
 {
   std::vector<int> some;
@@ -144,8 +145,8 @@ template <int D> void RvePointsOf<D>::complete_evaluations(const Slots &slots)
     points.synchronised(some[m]).evaluation->stiffness = found[m].stiffness;
 }
 
-/// Turns RVEs rigidly by the rotations of their drives, because their grains cannot follow these
-/// rotations. The drives keep the stretch.
+/// Turns the RVEs with `must_turn` rigidly by the rotations of their drives, because contacts would
+/// slip if DEM steps applied these rotations. Only the stretches remain in the drives.
 template <int D>
 void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
                           const std::vector<char> &must_turn)
@@ -171,9 +172,9 @@ template <int D> bool RvePointsOf<D>::plan_actions(const Slots &slots, const Dri
   });
 }
 
-/// Sets the drives of the RVEs that make DEM steps. The drives include the deferred increments,
-/// except for servos, which ignore deformations. Returns true if an RVE with a servo has a deferred
-/// increment.
+/// Sets the drives of the RVEs that make DEM steps. A drive includes the deferred increment of its
+/// RVE, unless it has a servo, which ignores deformations. Returns true if an RVE with a servo has
+/// a deferred increment.
 template <int D> bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives)
 {
   working.clear();
@@ -199,7 +200,7 @@ template <int D> bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives
     return false;
   });
   turn(*engine, working_slots, working_drives, must_turn);
-  // the strain of the remaining stretch differs from that of the drive by rounding
+  // by rounding, the strain of the remaining stretch differs from the strain of the whole increment
   for (int m = 0; m < count; ++m)
     if (must_turn[m])
       working_drives[m].substeps = planner().substeps(working_slots[m], working_drives[m]);
@@ -207,7 +208,7 @@ template <int D> bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives
 }
 
 /// Carries out deferred increments of RVEs that have a servo in this step. RVEs that fail are
-/// frozen and leave `working_slots`.
+/// frozen and removed from `working_slots`.
 template <int D> void RvePointsOf<D>::catch_up()
 {
   Slots slots;
@@ -290,7 +291,8 @@ std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drive
   const auto start = rve::WallClock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
                                                   : advance_by_plan(slots, drives);
-  // details from the call itself would have velocities that are half a step old
+  // the velocities in the results of the call itself are half a step old, so the details are
+  // evaluated
   if (with_details) complete();
   if (shadows) {
     const auto shadows_start = rve::WallClock::now();
@@ -302,12 +304,12 @@ std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drive
 }
 
 /* ----------------------------------------------------------------------
-   one call of the engine with unchanged drives; thousands of RVEs per step make the
-   work for each of them significant
+   One call of the engine with unchanged drives. A step can have thousands of RVEs,
+   so the work for each of them must be small.
 ------------------------------------------------------------------------- */
 
-/// True if all RVEs make exactly the DEM steps of their drives: no option changes them, and there
-/// are no deferred increments.
+/// True if all RVEs make exactly the DEM steps of their drives: no option changes the drives, and
+/// no RVE is frozen, quiescent or has a deferred increment.
 template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
 {
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
@@ -318,8 +320,8 @@ template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
   });
 }
 
-/// Advances RVEs by one call of the engine. `is_evaluated`: flag of RVEs that are evaluated after
-/// the steps; empty: none are. Returns the slots that failed.
+/// Advances RVEs by one call of the engine. `is_evaluated` marks the RVEs that are evaluated after
+/// the steps. If it is empty, no RVE is evaluated. Returns the slots that failed.
 template <int D>
 std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drives &drives,
                                                  const std::vector<char> &is_evaluated)
@@ -366,8 +368,9 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
   return failed;
 }
 
-/// Advances RVEs by two calls of the engine: evaluated RVEs need results with stiffness, the others
-/// responses. Sets `responses` and `evaluations`.
+/// Advances RVEs by two calls of the engine. One call returns results with stiffnesses of the
+/// evaluated RVEs, the other call returns responses of the other RVEs. Sets `responses` and
+/// `evaluations`.
 template <int D>
 void RvePointsOf<D>::call_and_evaluate(const Slots &slots, const Drives &drives,
                                        const std::vector<char> &is_evaluated)
@@ -436,8 +439,9 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
   return failed;
 }
 
-/// Advances `working_slots` by macro steps in parts. The stress of a macro step is the average or
-/// regression over its parts. One call of the engine makes the n-th parts of all RVEs.
+/// Advances `working_slots` by macro steps that are divided into parts. The stress of a macro step
+/// is the average or regression of the stresses at the ends of its parts. The n-th call of the
+/// engine advances all RVEs by their n-th parts.
 template <int D> void RvePointsOf<D>::advance_with_samples()
 {
   std::vector<SampledStep<D>> steps;
@@ -484,7 +488,7 @@ template <int D> void RvePointsOf<D>::advance_with_samples()
 template class RvePointsOf<2>;
 template class RvePointsOf<3>;
 
-// Member templates that other source files of the class call.
+// Instances of member templates that other source files of this class call.
 #define RVE_INSTANTIATE(D)                                                           \
   template void RvePointsOf<D>::widen_and_repeat(const Slots &, const Drives &,      \
                                                  std::vector<rve::ResponseOf<D>> &); \

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Replacement of failed RVEs by fresh ones: packings that are brought to the stress of the failed
-// RVE.
+// Replaces failed RVEs by fresh ones. A fresh RVE is a packing that is brought to the stress of the
+// failed RVE.
 
 #include "macro/rve_points.h"
 
@@ -24,8 +24,8 @@ template <int D> struct RvePointsOf<D>::Fresh {
   double gain = 0.0;
   rve::Counters of_packing;    ///< counters of the packing
 
-  /// Way to the stress of the failed RVE. An open RVE has no goal of stress: its way ends after one
-  /// call without a servo.
+  /// Returns the way to the stress of the failed RVE. If the failed RVE had no pressure, there is
+  /// no stress to reach, and the way ends after one call without a servo.
   WayToStress<D> way(std::size_t index, double dt) const
   {
     rve::DriveOf<D> drive;
@@ -87,8 +87,8 @@ void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<
       });
 }
 
-/// Completes a replacement: the fresh RVE has the deformation of the failed one and the counters of
-/// both.
+/// Completes a replacement. The fresh RVE takes over the deformation of the failed RVE and adds the
+/// counters of the failed RVE to its own.
 template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
 {
   RenewalOf<D> &renewal = fresh.renewal;
@@ -114,7 +114,7 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
   point.stale = false;
   point.state = State::Awake;
   point.servo_gain = fresh.gain;
-  point.limit = rve::StiffeningLimit();    // always exceeded, because the bound was not checked
+  point.limit = rve::StiffeningLimit();    // always exceeded, so that the bound is checked
   note_stiffening(renewal.slot);
   point.drive = rve::DriveOf<D>();
   point.servo_error = point.out_of_reach = 0.0;
@@ -170,7 +170,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const Slots &slots,
   std::vector<RenewalOf<D>> renewals;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Fresh &fresh = all[k];
-    if (points.at(slots[k]).frozen()) {    // the failed RVE returns
+    if (points.at(slots[k]).frozen()) {    // the failed RVE is restored
       replace(*engine, slots[k], fresh.before);
       points.modify(slots[k]).copies = fresh.copies_before;
       fresh.renewal.packing = -1;

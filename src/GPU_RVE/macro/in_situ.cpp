@@ -23,33 +23,35 @@ namespace {
   // Largest number of DEM steps. A tenfold change of stress takes some ten thousand.
   constexpr std::int64_t MOST_STEPS = 1000000;
 
-  // Number of DEM steps without progress after which an RVE stalls. STALLED_FAR applies to grains
-  // at rest with an error above FAR tolerances, because such an error does not decrease any more.
-  // STALLED applies otherwise: smaller errors vary by rounding and may still fall below the
-  // tolerance, and grains in motion rearrange slowly under small stresses.
+  // Number of DEM steps without progress after which an RVE stalls. STALLED_FAR applies if the
+  // grains are at rest and the error exceeds FAR times the tolerance, because such an error does
+  // not decrease any more. STALLED applies otherwise, for two reasons. Smaller errors vary by
+  // rounding and can still fall below the tolerance. Grains in motion rearrange slowly under small
+  // stresses.
   constexpr std::int64_t STALLED_FAR = 25000, STALLED = 200000;
   constexpr double FAR = 100.0;
   // Progress is a decrease of left() below this share of its least value so far [-].
   constexpr double PROGRESS = 0.9;
 
-  // Limit of the logarithm of the largest stretch of the cell [-]. Grains that are not at rest at
-  // this stretch flow in the critical state.
+  // Limit of the logarithm of the largest stretch of the cell [-]. If the grains are not at rest at
+  // this stretch, they flow in the critical state.
   constexpr double LARGEST_EXTENSION = 1.0;
 
-  // Least tolerance over the largest component of the goal [-]. Rounding changes stresses by more
-  // than a smaller tolerance.
+  // Least ratio of the tolerance to the largest component of the goal [-]. Rounding errors of the
+  // stress exceed a smaller tolerance.
   constexpr double LEAST_TOLERANCE = 1e-13;
 
-  // Largest unbalanced force ratio at rest, mean force on a grain over mean contact force [-]. The
-  // preparation of packings ends at the same ratio.
+  // Largest unbalanced force ratio of grains at rest: the ratio of the mean force on a grain to the
+  // mean contact force [-]. The preparation of packings ends at the same ratio.
   constexpr double UNBALANCED_AT_REST = 1e-3;
 
-  // Most rounds of weight and density, and largest relative change of a density in the last round.
+  // Largest number of rounds of GroundAtRest, and largest relative change of the density of a level
+  // in the last round.
   constexpr int MOST_ROUNDS = 10;
   constexpr double DENSITY_CHANGE = 1e-4;
 
-  // DEM time step over the stability bound [-]. The bound does not include contacts that form
-  // within a call.
+  // Ratio of the DEM time step to the stability bound [-]. The bound does not include contacts that
+  // form within a call.
   constexpr double SHARE_OF_BOUND = 0.8;
   // Lower limit of bound_ratio() [-].
   constexpr double LEAST_BOUND_RATIO = 0.3;
@@ -62,16 +64,16 @@ namespace {
     double least_left = HUGE_VAL;          ///< least left() so far
     std::int64_t steps_at_progress = 0;    ///< steps at the last progress
 
-    /// Distance from the end of the way [-]: the stress error over its tolerance, times the
-    /// unbalanced force ratio over its limit. Each factor counts as at least 1, so the result is 1
-    /// at the end.
+    /// Distance from the end of the way [-]. It is the product of two ratios: of the stress error
+    /// to its tolerance, and of the unbalanced force ratio to its limit. A ratio below 1 counts as
+    /// 1, so the distance is 1 at the end.
     double left(const rve::ResultOf<D> &now) const
     {
       return std::fmax(this->error(now) / this->tolerance, 1.0) *
           std::fmax(now.unbalanced_ratio / this->unbalanced_ratio, 1.0);
     }
-    /// Returns true if left() has not decreased for long. A cell without contacts is not stalled:
-    /// it approaches its first contacts.
+    /// Returns true if left() has made no progress for STALLED or STALLED_FAR steps. A cell without
+    /// contacts is not stalled: it approaches its first contacts.
     bool stalls(const rve::ResultOf<D> &now)
     {
       const double still_left = left(now);
@@ -90,7 +92,8 @@ namespace {
     }
   };
 
-  /// Mean of the goals of normal pressures, or the present pressure if there are none [stress].
+  /// Returns the mean of the steered normal pressures at the goal, or the present pressure if no
+  /// normal stress is steered [stress].
   template <int D> double pressure_of(const StressGoal &goal, const rve::ResultOf<D> &now)
   {
     double sum = 0.0;
@@ -103,9 +106,9 @@ namespace {
     return count > 0 ? sum / count : now.mean_stress();
   }
 
-  /// Estimated ratio of the stability bound at the goal to the present bound [-]. Contacts can
-  /// stiffen within one call. The modulus of a Hertz contact grows with the cube root of its force,
-  /// and the bound falls with the square root of the modulus.
+  /// Estimates the ratio of the stability bound at the goal to the present bound [-], because
+  /// contacts can stiffen within one call. The modulus of a Hertz contact grows with the cube root
+  /// of its force, and the bound falls with the square root of the modulus.
   template <int D>
   double bound_ratio(const rve::Material &material, const rve::ResultOf<D> &now,
                      const StressGoal &goal)
@@ -140,8 +143,9 @@ namespace {
     });
   }
 
-  /// Throws InSituError if the goal is not compressive in all directions, because grains without
-  /// cohesion do not carry tension.
+  /// Throws InSituError if the goal has a tension, because grains without cohesion do not carry
+  /// tension. If all normal stresses are steered, the largest principal stress must be below 0.
+  /// Otherwise each steered normal stress must be below 0. Grains with cohesion are not checked.
   template <int D>
   void check_compression(const StressGoal &goal, const rve::Material &material, std::size_t index)
   {
@@ -173,7 +177,8 @@ namespace {
                           " of the largest component, because of rounding errors");
   }
 
-  /// Raises the local damping of grains to that of the preparation of packings until restore().
+  /// Raises the local damping of grains to the damping of the preparation of packings. restore()
+  /// undoes this.
   template <int D> class Damping {
    public:
     Damping(RvePointsOf<D> &_points, const std::vector<int> &all) : points(_points)
@@ -358,7 +363,7 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
   for (std::size_t k = 0; k < slots.size(); ++k) check_tolerance(goals[k], tolerance, k);
 
   const MacroStepOptions options = points.macro_step();
-  // with the default options no RVE is skipped, and the stress is that of the last DEM step
+  // with the default options no RVE is skipped, and the stress is taken after the last DEM step
   points.set_options(MacroStepOptions());
   Damping<D> damping(points, slots);
 

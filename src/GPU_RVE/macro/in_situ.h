@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Stresses in situ. This file finds the vertical and lateral stresses of ground at rest under
-// weight and loads, and brings RVEs to these stresses. Otherwise the ground would not be in
-// equilibrium at the start of a run.
+// weight and loads, and brings RVEs to these stresses. Without this preparation the ground would
+// not be in equilibrium at the start of a run.
 
 #pragma once
 
@@ -18,15 +18,15 @@
 namespace macro {
 
 /// Profile of a quantity over height in level ground. The quantity is constant in each level, and
-/// all levels have the same thickness. The vertical stress of a point in the middle of a level is
-/// the weight of the levels above and of half its own level. On an MPM grid this stress is in
-/// equilibrium, because its nodal forces follow the trapezoidal rule.
+/// all levels have the same thickness. The vertical stress in the middle of a level is the weight
+/// per area of the levels above and of half this level. On an MPM grid this stress is in
+/// equilibrium, because the nodal forces follow the trapezoidal rule.
 class HeightProfile {
  public:
-  /// `lowest` is the lower edge of the lowest level [length]. `values` start at the lowest level.
-  /// They are positive, or 0 for a level without points, which gets the value of the level below.
-  /// Throws InputError unless there are levels, their thickness is positive and the lowest one has
-  /// a value.
+  /// `lowest` is the lower edge of the lowest level [length]. `values` start at the lowest level. A
+  /// value is positive, or 0 if its level has no points. Such a level gets the value of the level
+  /// below. Throws InputError unless there are levels, their thickness is positive and the lowest
+  /// one has a value.
   HeightProfile(double lowest, double thickness, std::vector<double> values);
 
   double value(int level) const { return values_[level]; }
@@ -49,33 +49,35 @@ class HeightProfile {
   double integral_below(double height) const;
 };
 
-/// Means of a positive quantity over the points of each level, from the lowest point up. All ranks
-/// get the same means, for any number of ranks: the sums are integers and do not depend on the
-/// order of the terms. Throws InputError if there are more levels than MOST_LEVELS.
+/// Returns the means of a positive quantity over the points of each level. The lowest point is in
+/// the middle of the lowest level. All ranks get the same means, for any number of ranks: the sums
+/// are integers and do not depend on the order of the terms. Throws InputError if there are more
+/// levels than MOST_LEVELS.
 constexpr double MOST_LEVELS = 1e7;
 HeightProfile level_means(const std::vector<double> &height, const std::vector<double> &value,
                           double thickness, const mpm::Communication &ranks);
 
 /// Stresses of ground at rest under its weight and a surcharge. The vertical stress is
 ///   sigma_v = -(surcharge + gravity * integral of the density up to the surface)
-/// and the normal stress along the other axes is k0 sigma_v. RVEs under more stress are denser, so
-/// stress and density are found in several rounds. In each round the caller brings the RVEs to
-/// goals() and calls settles(), until it returns true. Points without RVEs need one round.
+/// and the normal stress along the other axes is k0 sigma_v. The stress follows from the density,
+/// but RVEs under more stress are denser, so both are found in several rounds. In each round the
+/// caller brings the RVEs to goals() and calls settles(). The last round is the one in which
+/// settles() returns true. Points without RVEs need one round.
 class GroundAtRest {
  public:
   struct Points {
     std::vector<double> height, surface;    ///< [length]
     std::vector<double> surcharge;          ///< [stress]
-    std::vector<double> k0;    ///< lateral over vertical stress [-]; unused with finds_k0
-    /// True if k0 is not given. The first round then finds k0 for each level: the mean ratio of
-    /// lateral to vertical stress of its RVEs with held lateral strains. All ranks must set the
-    /// same value.
+    std::vector<double> k0;    ///< ratio of lateral to vertical stress [-]; unused with finds_k0
+    /// True if k0 is not given. The first round then holds the lateral strains of the RVEs and
+    /// finds k0 for each level: the mean ratio of lateral to vertical stress of the RVEs in the
+    /// level. All ranks must set the same value.
     bool finds_k0 = false;
   };
 
   /// `density` has the densities of the points [mass/length^3]. `thickness` is the thickness of a
-  /// level [length]. `vertical` is 1 in the plane and 2 in space. Every rank must make the same
-  /// calls.
+  /// level [length]. `vertical` is the index of the vertical axis: 1 in the plane and 2 in space.
+  /// Every rank must make the same calls.
   GroundAtRest(double gravity, double thickness, int vertical, Points points,
                const std::vector<double> &density, mpm::Communication ranks);
 
@@ -84,11 +86,11 @@ class GroundAtRest {
   /// Stress to which the caller brings the RVE of a point in this round.
   StressGoal goal(std::size_t point) const;
   std::vector<StressGoal> goals() const;
-  /// Ends a round. `density` has the densities of the RVEs after it. Returns true if the mean
-  /// density of each level is within 1e-4 (relative) of the density from which the goals were
-  /// computed. Otherwise the next round uses the new densities. The round that finds k0 returns
-  /// false; only this round reads `ratio`, the lateral over vertical stresses. Throws InputError if
-  /// ten rounds do not converge.
+  /// Ends a round. `density` has the densities of the RVEs after the round. Returns true if the
+  /// mean density of each level is within 1e-4 (relative) of the density from which the goals were
+  /// computed. Otherwise the next round uses the new densities. `ratio` has the ratios of lateral
+  /// to vertical stress of the RVEs. It is read only in the round that finds k0, and this round
+  /// returns false. Throws InputError if ten rounds do not converge.
   bool settles(const std::vector<double> &density, const std::vector<double> &ratio);
 
   /// Density from which the goals of this round are computed [mass/length^3].
@@ -120,7 +122,8 @@ struct InSituReport {
   }
 };
 
-/// Error: an RVE cannot be brought to its stress. The message has the stress that the RVE reached.
+/// Error: the goal or the tolerance of an RVE is not admissible, or the RVE does not reach its
+/// stress. In the latter case the message has the stress that the RVE reached.
 class InSituError : public std::runtime_error {
  public:
   InSituError(std::size_t index, const std::string &message) :
@@ -139,8 +142,9 @@ class InSituError : public std::runtime_error {
 /// to zero (RvePointsOf::reset()).
 ///
 /// Each RVE has its own number of DEM steps, so its final bits depend neither on other RVEs nor on
-/// their order. A time step is at most `dt` [time] and 0.8 of the stability bound. Meanwhile grains
-/// have at least the damping of the preparation of packings. Throws InSituError.
+/// their order. A time step is at most `dt` [time] and 0.8 of the stability bound. During these
+/// steps the local damping of the grains is at least that of the preparation of packings. Throws
+/// InSituError.
 template <int D>
 InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slots,
                              const std::vector<StressGoal> &goals, double tolerance, double dt);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macro steps in which each RVE is driven by a deformation increment, on the host or on a device
-// that has the increments.
+// Macro steps in which a deformation increment drives each RVE. Increments and stresses are either
+// on the host, or in the memory of the device that advances the RVEs.
 
 #include "macro/rve_points.h"
 
@@ -19,12 +19,12 @@ namespace macro {
 ------------------------------------------------------------------------- */
 
 /// Gives the increments of a macro step to the engine and stores the responses. This is the usual
-/// macro step and must be fast. Each RVE is therefore planned and stored while its data are in the
-/// cache of a core.
+/// macro step and must be fast. Each RVE is therefore planned, and its response stored, while its
+/// data are in the cache of a core.
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
-  /// `macro` is null if only the points receive results. `has_actions` is true if
-  /// RvePointsOf::actions were set for this macro step.
+  /// If `macro` is null, responses are stored in `owner.points`, and no stresses are passed on.
+  /// `has_actions` is true if RvePointsOf::actions were set for this macro step.
   IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> *macro, bool has_actions = false) :
       owner_(owner), macro_(macro), has_actions_(has_actions)
   {
@@ -62,7 +62,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     deliver_stress(m, owner_.defer_until(owner_.call_slots[m], pending));
   }
-  /// Stores the response of an RVE, or adds a failed RVE to `failed`. end_failures() may repeat the
+  /// Stores the response of an RVE, or adds a failed RVE to `failed`. end_failures() can repeat the
   /// increment of a failed RVE.
   void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
   {
@@ -77,7 +77,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     deliver_stress(m, response.stress);
   }
 
-  /// Index in the macro step of the RVE with index m in the call.
+  /// Converts the index of an RVE in the call to its index in the macro step.
   int index(int m) const
   {
     return owner_.call_indices.empty() ? m : owner_.call_indices[m];
@@ -92,8 +92,8 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   std::vector<Failure> failed;
 
  private:
-  /// Sets the increment of an RVE, which includes its deferred increment. Returns false if the RVE
-  /// needs a drive.
+  /// Sets the increment of an RVE: its deferred increment followed by `deformation`. Returns false
+  /// if the RVE needs a drive.
   bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
   {
     const CachedPoint<D> &cached = owner_.points.cached(slot);
@@ -127,7 +127,8 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   void turn(int slot, rve::IncrementOf<D> &increment)
   {
     const Matrix rotation = rve::take_rotation(increment.deformation);
-    find_substeps(slot, increment);    // the strain of the stretch differs by rounding
+    // by rounding, the strain of the stretch differs from the strain of the whole increment
+    find_substeps(slot, increment);
 #pragma omp critical(rves_that_turn)
     {
       turned_.push_back(slot);
@@ -193,8 +194,8 @@ template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_
   }
 }
 
-/// Sets the actions of RVEs that are not advanced separately. Returns true if an action is not
-/// Advance.
+/// Sets the action of each RVE if the options allow quiescent RVEs; an RVE that is advanced
+/// separately gets Advance. Returns true if an action is not Advance.
 template <int D>
 bool RvePointsOf<D>::choose_actions(const Slots &slots, const MacroIncrementsOf<D> &increments)
 {
@@ -237,12 +238,12 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
 }
 
 /* ----------------------------------------------------------------------
-   on a device that has the increments and receives the stresses; the host fetches
-   results when points are read or when an RVE has failed
+   On a device that has the increments and receives the stresses. The host fetches
+   results when points are read, or when an RVE has failed or stiffened.
 ------------------------------------------------------------------------- */
 
-/// Sets device_call. Returns true if the device can plan the steps of all RVEs that advance.
-/// Stresses of frozen RVEs stay on the device as they are.
+/// Sets device_call. Returns true if the device can plan the steps of all RVEs that advance. On the
+/// device, the stresses of frozen RVEs do not change.
 template <int D>
 bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int> &point_of)
 {
@@ -290,7 +291,8 @@ bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int>
 template <int D> void RvePointsOf<D>::find_resting()
 {
   device_call.resting.clear();
-  // RVEs may have deferred increments from earlier steps although no RVE may be skipped now
+  // RVEs can have deferred increments from earlier steps even if the options do not allow skipping
+  // now
   const bool any_deferred = std::any_of(call_slots.begin(), call_slots.end(), [this](int slot) {
     return points.cached(slot).has_deferred;
   });
@@ -337,8 +339,8 @@ rve::Request *RvePointsOf<D>::plan(const Slots &slots, const std::vector<int> &p
   return device;
 }
 
-/// Fetches the results of RVEs that have stiffened, unless the host knows this already. If there
-/// are many of them, fetches the results of all RVEs.
+/// Fetches the results of the RVEs that have stiffened, except those that the host has already
+/// marked as stiffened. If there are many, fetches the results of all RVEs.
 template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
 {
   constexpr int MANY = 16;
@@ -375,7 +377,8 @@ template <int D> void RvePointsOf<D>::find_separate()
   points.clear_changed();
 }
 
-/// Advances the RVEs with these indices by drives, except frozen ones. They are few.
+/// Advances the RVEs with these indices by drives, except frozen ones, and passes on the stresses
+/// of all of them. `indices` has few elements.
 template <int D>
 void RvePointsOf<D>::advance_separately(const Slots &slots, const std::vector<int> &indices,
                                         MacroIncrementsOf<D> &increments, std::vector<int> &failed)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loops of light work over points, with several threads if that is faster (rve::LightWork).
+// Loops over points with little work per point. They use several threads if that is faster
+// (rve::LightWork).
 
 #pragma once
 

@@ -10,7 +10,7 @@ namespace macro {
 
 namespace {
 
-  /// Relative tolerance of a limit in time, for rounding of sums of steps [-].
+  /// Relative tolerance of a time limit [-]. It covers rounding errors in sums of time steps.
   constexpr double ROUNDING_OF_TIME = 1e-9;
 
   /// Component c of the strain of a path. F is upper triangular, because L is.

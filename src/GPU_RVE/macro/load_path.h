@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths of RVEs: stages of conditions on rates, strains and stresses, with events that end
-// or reverse them. They are read from the words of a file or of a script.
+// Loading paths of RVEs. A path consists of stages. A stage has conditions on rates, strains and
+// stresses, and events that end or reverse the stage. Paths are read from the words of a file or of
+// a script.
 //
 //   path NAME                            a file may have several; one path needs no name
 //   stage                                the following clauses hold until one of its events
@@ -84,18 +85,18 @@ template <int D> class LoadPathsOf {
   void check(const PathState<D> &state) const;
   void begin(PathState<D> &state, int path, const Matrix &deformation) const;
   /// Returns the drive of the next step. `script` has the values of script_names(). `deformation`
-  /// is used if needs_details(). The modes of the drive belong to this object. Throws InputError if
-  /// a value is not a finite number.
+  /// is used if needs_details(). The servo modes to which the drive points belong to this object.
+  /// Throws InputError if a value is not a finite number.
   rve::DriveOf<D> drive(const PathState<D> &state, const PathStep &step, const double *script,
                         const Matrix &deformation) const;
-  /// Updates the state after the step of drive(). `result` is complete if needs_details();
-  /// otherwise only its stress must be set. `script` is that of drive().
+  /// Updates the state after the step of drive(). `result` must be complete if needs_details();
+  /// otherwise the stress suffices. `script` has the values that drive() got.
   void follow(PathState<D> &state, const PathStep &step, const rve::ResultOf<D> &result,
               const double *script = nullptr) const;
-  /// Continues a state that belongs to earlier paths. It continues on the path of this object with
-  /// the same number, in the same stage. If the earlier path has ended, its last stage continues.
-  /// If an event of this stage has happened, the next stage begins instead. `result` is that of
-  /// follow(). Throws InputError if this object has no such path or stage.
+  /// Continues a state that was on a path of another object. The state continues on the path of
+  /// this object with the same number, in the same stage. A state that had ended continues in its
+  /// last stage, or in the stage after it if an event of this last stage has happened. `result` is
+  /// as in follow(). Throws InputError if this object has no such path or stage.
   void resume(PathState<D> &state, const rve::ResultOf<D> &result) const;
 
  private:

@@ -104,8 +104,8 @@ template <int D> class LoadPathsOf<D>::Reader {
     if (position >= words.size()) refuse("the path ends where ", what, " was expected");
     return words[position++].text;
   }
-  /// True if the next word does not continue the path. In a script, the keyword stress of the fix
-  /// may follow the path.
+  /// True if the next word does not continue the path. In a script, the keyword *stress* of the fix
+  /// can follow the path.
   bool ends_here() const
   {
     if (!is_clause(peek()) || peek() == "path") return true;
@@ -144,7 +144,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     return -1;
   }
 
-  /// Names of the first components, each after a blank.
+  /// Returns the names of the first `count` components, with a blank before each name.
   static std::string component_names(int count)
   {
     std::string names;
@@ -349,7 +349,8 @@ template <int D> class LoadPathsOf<D>::Reader {
     const double p = positive("p of the circle", "[stress]"),
                  radius = positive("radius of the circle", "[stress]"),
                  period = positive("period of the circle", "[time]");
-    // the amplitude of a normal stress is the radius for disks, and sqrt(2/3) of it for spheres
+    // the amplitude of a normal stress is the radius for disks, and sqrt(2/3) times the radius for
+    // spheres
     const double largest = p * (D == 2 ? 1.0 : std::sqrt(1.5));
     if (radius > largest)
       refuse("radius of the circle is ", radius,
@@ -368,11 +369,11 @@ template <int D> class LoadPathsOf<D>::Reader {
       add(Of::Stress, sum, wave, rve::strain_name<D>(c));
     };
     const double quarter = 0.5 * rve::kPi;
-    if (D == 2) {    // radius of a circle of (s_xx - s_yy)/2 and s_xy
+    if (D == 2) {    // radius in the plane of (s_xx - s_yy)/2 and s_xy
       add_wave(0, -p, radius, quarter);
       add_wave(1, -p, -radius, quarter);
       add_wave(2, 0.0, radius, 0.0);
-    } else {    // radius is the norm of the deviator s'
+    } else {    // the radius is the norm of the deviator s'
       for (int a = 0; a < D; ++a)
         add_wave(a, -p, std::sqrt(2.0 / 3.0) * radius, quarter - a * 2.0 * rve::kPi / 3.0);
     }

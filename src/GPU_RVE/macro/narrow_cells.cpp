@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // RVEs whose cells become too narrow for their grains. Such an RVE is replaced by copies of itself
-// side by side, which are the same periodic medium.
+// side by side. The copies form the same periodic medium.
 
 #include "macro/rve_points.h"
 
@@ -29,7 +29,7 @@ bool RvePointsOf<D>::replace(rve::EngineOf<D> &engine, int number, const rve::Rv
 }
 
 /// Estimates whether the memory suffices for an RVE with twice this number of grains and for its
-/// calls. The pair lists may grow later.
+/// calls. The estimate does not include later growth of the pair lists.
 template <int D> bool RvePointsOf<D>::has_memory_for_copies(int num_grains) const
 {
   const rve::Memory memory = engine->memory();
@@ -49,8 +49,8 @@ template <int D> bool RvePointsOf<D>::has_memory_for_copies(int num_grains) cons
   return bytes <= static_cast<double>(memory.free);
 }
 
-/// Doubles the grains of an RVE and evaluates its result. Returns false, without a change, if the
-/// number of copies is at its limit, if the medium is one grain across
+/// Replaces an RVE by two copies of itself side by side and evaluates the result. Returns false,
+/// without a change, if the number of copies is at its limit, if the medium is one grain across
 /// (rve::is_one_grain_across()), or if the memory does not suffice.
 template <int D> bool RvePointsOf<D>::widen(int slot)
 {
@@ -75,8 +75,8 @@ template <int D> bool RvePointsOf<D>::widen(int slot)
   return true;
 }
 
-/// Doubles the grains of shadows whose cells are too narrow, and repeats their calls. The largest
-/// number of copies is that of RVEs.
+/// Replaces each shadow whose cell is too narrow by two copies of itself, and repeats its call.
+/// Shadows and RVEs have the same largest number of copies.
 template <int D>
 void RvePointsOf<D>::widen_shadows(const Slots &slots, const Drives &drives,
                                    std::vector<rve::ResponseOf<D>> &responses)

@@ -29,8 +29,9 @@ class PathTable {
   /// Throws InputError unless the text has rows of numbers with increasing times. The first row may
   /// have the names of the columns instead.
   PathTable(const std::string &text, const std::string &file);
-  /// Index of a column, from 1, by its name or by its number, from 2. Throws InputError if there is
-  /// no such column.
+  /// Returns the index of a column of values; column 0 is the time. `word` is the name of the
+  /// column, or its number counted from 1, so that the first column of values has the number 2.
+  /// Throws InputError if there is no such column.
   int column(const std::string &word) const;
   double at(int column, double time) const;
   /// Least and largest value of a column.

@@ -43,7 +43,7 @@ template <int D> bool is_identity(const rve::Tensor<double, D> &f)
   return std::equal(std::begin(f.component), std::end(f.component), one.component);
 }
 
-/// Cached copy of the data of a point that macro steps read and write.
+/// Cached copy of those data of a point that macro steps read and write.
 template <int D> struct CachedPoint {
   PointState state = PointState::Empty;
   bool is_valid = false;        ///< false: the copy must be made again from the point
@@ -80,8 +80,8 @@ class SharedFlag {
   std::atomic<bool> is_set_;
 };
 
-/// Points with their cached copies, by slot. Several threads may access different slots. A
-/// reference from modify() is invalid after the next call of cached() for the slot.
+/// Points with their cached copies, by slot. Several threads may access different slots. Do not use
+/// a reference from modify() after the next call of cached() for the same slot.
 template <int D, class Point> class PointTable {
  public:
   using Cached = CachedPoint<D>;
@@ -152,7 +152,7 @@ template <int D, class Point> class PointTable {
     return was_deferred(slot) ? rve::Rest::Quiescent : rve::Rest::Unknown;
   }
   /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is
-  /// quiescent, or has been evaluated and may become so.
+  /// quiescent, or has been evaluated and may become quiescent.
   const rve::QuiescentStateOf<D> &quiescence(int slot)
   {
     if (!was_deferred(slot)) {

@@ -17,8 +17,9 @@
 
 namespace macro {
 
-// Strains are positive in extension: eps = (F + F^T)/2 - 1, equations (26) and (27) of the paper
-// (doc/src/theory_rve.rst). In equation (27), n = 2 for disks and n = 3 for spheres.
+// Strains follow from eps = (F + F^T)/2 - 1 by equations (26) and (27) of the paper (see
+// doc/src/theory_rve.rst). They are positive in extension. In equation (27), n = 2 for disks and n
+// = 3 for spheres.
 template <int D> double volumetric_strain(const rve::ResultOf<D> &r)
 {
   return rve::trace(r.deformation) - D;
@@ -46,8 +47,8 @@ inline double deviatoric_strain(const rve::ResultOf<3> &r)
   return std::sqrt(squares * 2.0 / 3.0);
 }
 
-/// A named quantity: functions that compute it from the data `Known` of disks and of spheres. A
-/// function is null if the dimension does not have the quantity.
+/// A quantity with its name, and the functions that compute it from the data `Known` of disks or of
+/// spheres. A function is null if the quantity does not exist in its dimension.
 template <template <int> class Known> struct QuantityOf {
   std::string name;
   std::function<double(const Known<2> &)> of_disks;
@@ -63,7 +64,8 @@ template <template <int> class Known> struct QuantityOf {
 
 /// Quantity of the result of an RVE at the end of a step.
 using Quantity = QuantityOf<rve::ResultOf>;
-/// Quantity of the contacts of an RVE, which are evaluated only for such quantities.
+/// Quantity of the contacts of an RVE. The contacts are evaluated only if such a quantity is
+/// requested.
 using ContactQuantity = QuantityOf<rve::ContactMeasuresOf>;
 
 namespace quantities {

@@ -11,13 +11,14 @@ namespace macro {
 
 namespace {
 
-  // Voigt's bound. Grains that move with the mean field give the stiffness
+  // Voigt's bound of the P-wave modulus. If the grains move with the mean field, the stiffness is
   //   C = (1/V) sum l^2 (k_n nnnn + k_t n (1 - nn) n)
-  // over contacts with branch length l, normal n and stiffnesses k_n, k_t in a cell of volume V.
-  // Along a direction a with a.n = c, a contact adds k_n c^4 + k_t c^2 (1 - c^2) <= max(k_n, k_t)
-  // c^2. The mean of this bound over contacts is max(k_n, k_t) a.fabric a. Waves run along the
-  // first D axes, so only these components of the fabric matter. l is approximated by grain_size(),
-  // the overlap by its mean. V of disks is area * thickness.
+  // with the sum over the contacts in a cell of volume V. A contact has the branch length l, the
+  // normal n and the stiffnesses k_n and k_t. Along a direction a with a.n = c, a contact adds
+  //   k_n c^4 + k_t c^2 (1 - c^2) <= max(k_n, k_t) c^2.
+  // The mean of this bound over contacts is max(k_n, k_t) (a.fabric a). Waves run along the first D
+  // axes, so only these components of the fabric matter. l is approximated by grain_size(), and the
+  // overlap by its mean. V of disks is area * thickness.
   template <int D, int DimensionOfRves>
   double p_wave_modulus_of(const rve::ResultOf<DimensionOfRves> &result,
                            const rve::Material &material)
@@ -31,7 +32,8 @@ namespace {
     const double stiffness = std::max(moduli.normal, moduli.tangential);
     const double contacts_per_grain = 0.5 * result.coordination_number;
     const double solid_fraction = 1.0 / (1.0 + result.void_ratio);
-    // sum l^2 = contacts * 4 r^2, and grains * r^D = solid fraction * V / V of a grain of radius 1
+    // sum l^2 = contacts * 4 r^2, and grains * r^D = solid fraction * V / V_1 with the volume V_1
+    // of a grain of radius 1
     const double depth = DimensionOfRves == 2 ? material.thickness : radius;
     return stiffness / depth * contacts_per_grain * 4.0 / Shape::volume * solid_fraction *
         largest_fabric;

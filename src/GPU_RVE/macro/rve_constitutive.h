@@ -20,17 +20,18 @@ struct RveClock {
   int substeps;    ///< DEM steps for the increment
 };
 
-/// Interface of fix rve, which owns the RVEs of the points. Points are local indices of atoms. D is
-/// the dimension of the RVEs.
+/// Interface of fix rve, which owns the RVEs of the points. Points are given by the local indices
+/// of their atoms. D is the dimension of the RVEs.
 template <int D> class RveOwner {
  public:
   virtual ~RveOwner() = default;
   virtual RveClock clock(double dt) const = 0;
-  /// Begins an advance of the RVEs of these atoms. Returns null if the advance is complete and the
-  /// stresses are in `increments`. Otherwise `atoms` and `increments` must live until finish().
+  /// Begins an advance of the RVEs of these atoms. Returns null if the advance is complete and
+  /// `increments` has received the stresses. Otherwise `atoms` and `increments` must live until
+  /// finish().
   virtual rve::Request *begin(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) = 0;
-  /// Plans an advance on the device as RvePointsOf::plan(). `atoms` are also the indices of the
-  /// points on the device.
+  /// Plans an advance on the device, as RvePointsOf::plan() does. `atoms` are also the indices of
+  /// the points on the device.
   virtual rve::Request *plan(const std::vector<int> &atoms, bool is_as_before,
                              const rve::PointsOnDevice &there,
                              MacroIncrementsOf<D> &increments) = 0;
@@ -41,7 +42,7 @@ template <int D> class RveOwner {
   /// See mpm::Constitutive::synchronise_ranks().
   virtual void synchronise_ranks() = 0;
   virtual const rve::Tensor<double, D> &stress(int atom) const = 0;
-  /// Point with complete results. Several threads may call it after complete().
+  /// Returns a point with complete results. Several threads may call the function after complete().
   virtual const typename RvePointsOf<D>::Point &point(int atom) const = 0;
   virtual void complete() = 0;
 };
@@ -72,10 +73,11 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
   /// scale_waves() sets. The bound assumes that grains move with the mean field.
   double p_wave_modulus(int point_index) const override;
 
-  /// Returns the state of the RVE of a point.
+  /// Function that returns the state of the RVE of a point.
   using State = std::function<rve::RveStateOf<DimensionOfRves>(int point_index)>;
-  /// Ratio of the wave modulus of the elastic tangent to Voigt's bound [-], the largest over these
-  /// points. 0 if no tangent could be measured. Precondition: expect_questions() was called.
+  /// Returns the largest ratio, over these points, of the wave modulus of the elastic tangent to
+  /// Voigt's bound [-], or 0 if no tangent could be measured. Precondition: expect_questions() was
+  /// called.
   double measured_wave_share(const std::vector<int> &points,
                              TangentProbesOf<DimensionOfRves> &probes, const State &state) const;
   void scale_waves(double share) { wave_share = share; }
@@ -89,7 +91,7 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
   // arguments of the last update
   std::vector<int> atoms;
   std::shared_ptr<Increments> increments;
-  bool is_as_before = false;    ///< the expected update has the points of the last one
+  bool is_as_before = false;    ///< the expected update has the same points as the last one
   double wave_share = 1.0;
 };
 

@@ -112,7 +112,7 @@ template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const
     return (1.0 / (drive.substeps * drive.dt)) *
         (polar.rotation * polar.strain * rve::transpose(polar.rotation));
   }
-  // servo modes steer sums of components, so all components of L are those of the servo
+  // servo modes steer sums of components, so the servo determines all components of L
   Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient
                                     : drive.velocity_gradient;
   for (int a = 0; a < D; ++a)
@@ -124,7 +124,8 @@ template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const
 template <int D> double PointOf<D>::shadow_deviation() const
 {
   const double difference = rve::norm(result.stress - shadow_stress);
-  // relative to the larger stress, so that it is 1 and not infinite for a shadow without contacts
+  // the deviation is relative to the larger stress, so it is 1 and not infinite if the shadow has
+  // no contacts
   const double size = std::max(rve::norm(result.stress), rve::norm(shadow_stress));
   return size > 0.0 ? difference / size : 0.0;
 }

@@ -25,33 +25,34 @@ template <int D> struct PointOf {
   double grain_size = 0.0;                ///< rve::grain_size() [length]
   Matrix pending = Matrix::identity();    ///< deformation since the last DEM step
   rve::Material material;
-  /// Result of the last advance that succeeded. Its status is that of the last advance.
+  /// Result of the last advance that succeeded, with the status of the last advance.
   rve::ResultOf<D> result;
 
   double servo_gain = 0.0;    ///< default gain of the stress servo [1/(stress time^2)]
-  /// Distance of the stress from its goal at the last advice_on_servo() if the servo strained at
-  /// its largest rate, else 0 [stress].
+  /// Difference between the stress and its goal at the last call of advice_on_servo() [stress]. It
+  /// is 0 if the servo did not strain at its largest rate then.
   double out_of_reach = 0.0;
-  /// Terms of the energy balance at the start of the run, if the RVE was on this rank.
+  /// Terms of the energy balance at the start of the run; empty if the RVE was not on this rank
+  /// then.
   std::optional<rve::EnergyTerms> energy_at_start;
   /// Drive of the last DEM steps. Its number of substeps is 0 if there were none so far. Its
-  /// pointer to servo modes is null, since the load path owns them; `num_modes` is kept.
+  /// pointer to servo modes is null, since the load path owns the modes; `num_modes` is kept.
   rve::DriveOf<D> drive;
   double servo_error = 0.0;    ///< largest stress error of the servo after these steps [stress]
   PathState<D> path;
 
-  std::int32_t copies = 1;      ///< number of copies side by side of the initial grains
+  std::int32_t copies = 1;      ///< number of copies of the initial grains, side by side
   std::int32_t renewals = 0;    ///< number of times that a fresh RVE replaced this one
 
   rve::ResultOf<D> rested;    ///< result of the last DEM step, while the RVE is quiescent
 
-  /// Diagnostic evaluation at the end of the last DEM steps. It is made if their strain was so
-  /// small that the RVE may be skipped in the next macro step.
+  /// Diagnostic evaluation at the end of the last DEM steps. It is made if the strain of these
+  /// steps was so small that the RVE can be skipped in the next macro step.
   struct Evaluation {
     bool is_at_rest;
-    double mean_overlap;    ///< over contacts, overlap / sum of radii [-]
-    /// Empty after the RVE was read from a record, until the stiffness is needed: it can be
-    /// computed from the configuration.
+    double mean_overlap;    ///< mean over contacts of overlap / sum of radii [-]
+    /// Records do not contain the stiffness. After the RVE was read from a record, the stiffness is
+    /// empty until it is needed and computed from the configuration.
     std::optional<rve::AffineStiffnessOf<D>> stiffness;
 
     static Evaluation of(const rve::ElasticResultOf<D> &evaluated)
@@ -78,12 +79,13 @@ template <int D> struct PointOf {
   }
   /// Norm of the rate of deformation |D| during the last DEM steps, in DEM time [1/time].
   double strain_rate() const;
-  /// Sets the result of a new RVE, and the grain size, number of contacts and peak force from it.
+  /// Sets the result of a new RVE, and derives the grain size, number of contacts and peak force
+  /// from it.
   void begin_with(const rve::ResultOf<D> &first);
   /// Stores the response to a drive. Precondition: the RVE has not failed.
   void store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
   /// Makes the RVE quiescent with this pending deformation. Stress, fabric, cell, deformation and
-  /// void ratio follow the pending deformation. The other results are those of the last DEM step.
+  /// void ratio follow the pending deformation. The other results stay as after the last DEM step.
   void defer(const rve::QuiescentStateOf<D> &quiescence);
   /// Sets the results that follow from `rested` and the pending deformation, except the stress.
   void follow_pending();
@@ -95,9 +97,9 @@ template <int D> struct PointOf {
   /// Rate of deformation D in the present axes; zero before the first DEM steps [1/time].
   Matrix rate_of_deformation() const;
   /// Completes the result of the last DEM steps from an evaluation of the same configuration.
-  /// Stress and status do not change, because the stress may be a mean over samples.
+  /// Stress and status do not change, because the stress can be a mean over samples.
   void take_details(const rve::ResultOf<D> &details);
-  /// |stress - stress of the shadow| over the larger of both [-].
+  /// Ratio of |stress - shadow_stress| to the larger norm of both stresses [-].
   double shadow_deviation() const;
 };
 

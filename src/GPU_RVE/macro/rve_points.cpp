@@ -11,7 +11,7 @@ namespace macro {
 
 namespace {
 
-  /// Factor by which the default gain of the servo depends on the material.
+  /// Returns the factor of the default servo gain that depends on the material.
   double gain_factor(const rve::Material &material)
   {
     return material.thickness / (material.density * material.mass_depth);
@@ -49,7 +49,7 @@ void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const Pa
    adding and removing RVEs
 ------------------------------------------------------------------------- */
 
-/// Sets the point of the RVE with this number in the engine, and returns the point.
+/// Initialises the point of the RVE with this number in the engine, and returns the point.
 template <int D>
 typename RvePointsOf<D>::Point &RvePointsOf<D>::initialise(int slot,
                                                            const rve::RveStateOf<D> &state)
@@ -110,7 +110,7 @@ template <int D> void RvePointsOf<D>::reset(const Slots &slots)
     rve::RveStateOf<D> state = engine->state(slot);
     rve::forget_past(state);
     remove(slot);
-    engine->add(state);    // takes the number that is free
+    engine->add(state);    // gets the number of the removed RVE
     initialise(slot, state);
     if (has_shadow) points.modify(slot).shadow = shadows->add(state);
   }
@@ -306,13 +306,13 @@ template <int D> void RvePointsOf<D>::restore(const std::vector<Kept> &before)
     slots.push_back(kept.slot);
     materials.push_back(kept.point.material);
   }
-  set_materials(slots, materials);    // the engine has the former contacts then
+  set_materials(slots, materials);    // then the engine has the former contacts
   const auto replace = [](rve::EngineOf<D> &in, int number, const rve::RveStateOf<D> &state) {
     in.remove(number);
     in.add(state);    // gets the free number
   };
   for (const Kept &kept : before) {
-    // contact springs may have changed while the RVE had the other material
+    // contact springs can have changed while the RVE had the other material
     if (kept.state) replace(*engine, kept.slot, *kept.state);
     if (kept.shadow) replace(*shadows, kept.point.shadow, *kept.shadow);
     points.modify(kept.slot) = kept.point;

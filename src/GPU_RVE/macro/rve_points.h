@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The RVEs of the points of one rank: advance by macro steps, last results, changes of materials
-// and packings, and records for messages between ranks and restart files.
+// Holds the RVEs of the points of one rank. The class advances the RVEs by macro steps, keeps their
+// last results, changes their materials and packings, and makes records of RVEs for messages
+// between ranks and for restart files.
 
 #pragma once
 
@@ -22,8 +23,9 @@
 
 namespace macro {
 
-/// Deformation increments of a macro step and receiver of its stresses. `index` is the index of an
-/// RVE in the macro step. Several threads call the functions for different RVEs.
+/// Interface that supplies the deformation increments of a macro step and receives its stresses.
+/// `index` is the index of an RVE in the macro step. Several threads call the functions at the same
+/// time for different RVEs.
 template <int D> class MacroIncrementsOf {
  public:
   virtual ~MacroIncrementsOf() = default;
@@ -38,7 +40,8 @@ template <int D> class MacroIncrementsOf {
 /// Result of the replacement of a failed RVE by a fresh one.
 template <int D> struct RenewalOf {
   int slot = -1;
-  /// Packing of the fresh RVE; -1: none came to rest, and the failed RVE stays frozen.
+  /// Index of the packing of the fresh RVE; -1: no packing came to rest, and the failed RVE stays
+  /// frozen.
   int packing = -1;
   double void_ratio_before = 0.0, void_ratio = 0.0;    ///< [-]
   rve::Tensor<double, D> stress_before, stress;        ///< [stress]
@@ -74,23 +77,24 @@ template <int D> class RvePointsOf {
 
   /// Contact law and resistances that the engine supports.
   const rve::ContactModel &contacts() const { return engine->contacts(); }
-  /// Makes the engine support these contacts. If it does not yet, all RVEs move to a new engine,
-  /// bit for bit. Throws InputError if they do not fit into its memory or have another contact law;
-  /// then nothing has changed.
+  /// Makes the engine support these contacts. If the present engine does not, all RVEs move to a
+  /// new engine, bit for bit. Throws InputError if the RVEs do not fit into the memory or have
+  /// another contact law; then nothing has changed.
   void expect(const rve::ContactModel &contacts);
   /// Adds RVEs, evaluates their stress and returns their slots.
   Slots add(const std::vector<const rve::RveStateOf<D> *> &states);
   void remove(int slot);
 
-  /// Advances RVEs that are not frozen. Returns the slots that failed: they stay as they were and
-  /// are frozen. With stress samples a macro step is several calls of the engine, and a failed RVE
-  /// stays as it was before the call that failed.
+  /// Advances RVEs that are not frozen. Returns the slots of the RVEs that failed. A failed RVE is
+  /// frozen in its state before the macro step. With stress samples, a macro step is several calls
+  /// of the engine, and a failed RVE is frozen in its state before the call that failed.
   ///
-  /// Without details, a result has only stress and status until a point is read. This read costs a
-  /// call of the engine, and its results do not depend on when it happens. Stress and status then
-  /// stay those of the advance. The other results belong to the same configuration after the last
-  /// half step of the velocities. This half step changes the kinetic energy and the forces of
-  /// dashpots. Sums of forces may differ by rounding.
+  /// Without details, a result has only stress and status until a point is read. Reading a point
+  /// then costs one call of the engine, which evaluates the other results but changes neither
+  /// stress nor status. The other results do not depend on when the point is read. They belong to
+  /// the configuration of the advance, but to the velocities after the last half step. This half
+  /// step changes the kinetic energy and the forces of dashpots. Sums of forces can differ by
+  /// rounding from the sums in the advance.
   Slots advance(const Slots &slots, const Drives &drives, bool with_details = true);
   /// Launches an advance by deformation increments. The engine reads the increment of an RVE and
   /// delivers its stress while the data of the RVE are in the cache of a core. Returns null if the
@@ -101,11 +105,11 @@ template <int D> class RvePointsOf {
   /// Plans an advance with increments and stresses in the memory of the engine's device. The RVE of
   /// slots[k] belongs to the point point_of[k] there. The caller launches the request. Returns null
   /// if some RVEs need the host; the caller must then use begin(). `increments` gives the time
-  /// step, and receives the stresses if finish() leaves them on the host. `is_as_before`: the
-  /// arguments are those of the last plan.
+  /// step, and receives the stresses if finish() leaves them on the host. `is_as_before`: `slots`
+  /// and `point_of` are those of the last plan.
   rve::Request *plan(const Slots &slots, const std::vector<int> &point_of, bool is_as_before,
                      const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments);
-  /// True if slots and points are those of the last plan.
+  /// True if the last plan had these slots and points.
   bool is_as_before(const Slots &slots, const std::vector<int> &point_of) const
   {
     return planned_slots == slots && planned_points == point_of;
@@ -125,9 +129,9 @@ template <int D> class RvePointsOf {
   Slots take_widened() { return std::exchange(widened, {}); }
 
   /// Replaces failed RVEs by fresh ones. A fresh RVE begins as the packing whose void ratio is
-  /// nearest to that of the failed RVE. It comes to rest under the stress of the failed RVE, and
-  /// takes over the material and the deformation of the failed RVE. If the failed RVE had no
-  /// pressure, the packing is instead expanded to the void ratio of the failed RVE. A fresh RVE
+  /// nearest to the void ratio of the failed RVE. It comes to rest under the stress of the failed
+  /// RVE, and takes over the material and the deformation of the failed RVE. If the failed RVE had
+  /// no pressure, the packing is instead expanded to the void ratio of the failed RVE. A fresh RVE
   /// that fails before its first macro step is not replaced again. `dt` is the DEM time step. Fresh
   /// RVEs have no shadows.
   std::vector<RenewalOf<D>> renew(const Slots &slots,
@@ -142,8 +146,8 @@ template <int D> class RvePointsOf {
   /// to a new engine. Throws InputError if a material is out of range, if contact laws would
   /// differ, or if the RVEs do not fit into the memory of the new engine; then nothing has changed.
   void set_materials(const Slots &slots, const std::vector<rve::Material> &materials);
-  /// Saved data of an RVE for restore(). The point suffices to undo a change of paths. The states
-  /// are also needed to undo a change of materials.
+  /// Saved data of an RVE for restore(). To undo a change of paths, the point suffices. To undo a
+  /// change of materials, the states are needed too.
   struct Kept {
     int slot;
     Point point;
@@ -153,8 +157,9 @@ template <int D> class RvePointsOf {
   /// Undoes all changes of materials and paths since keep(), bit for bit.
   void restore(const std::vector<Kept> &before);
 
-  /// Resets RVEs, also frozen ones: cells, grains and contacts stay, velocities, strains, counters,
-  /// energies, servos and paths are those of a new RVE. Slots and shadows stay.
+  /// Resets RVEs, also frozen ones. Cells, grains, contacts and slots stay. Velocities, strains,
+  /// counters, energies, servos and paths become those of a new RVE. A shadow becomes a copy of the
+  /// reset RVE.
   void reset(const Slots &slots);
 
   /// Adds a shadow: a copy in double precision that makes the same macro steps with finer DEM steps
@@ -220,9 +225,9 @@ template <int D> class RvePointsOf {
   rve::Memory memory() const { return engine->memory(); }
   /// rve::EngineOf::cuda_device()
   int cuda_device() const { return engine->cuda_device(); }
-  /// Estimated memory of `count` more RVEs, of up to `num_shadows` shadows of them, and of calls
-  /// that advance all RVEs [bytes]. `grains` has the numbers of grains; only the first `count` are
-  /// used. The pair lists may grow later.
+  /// Estimates the memory [bytes] of `count` more RVEs, of at most `num_shadows` shadows, and of
+  /// calls that advance all RVEs. `grains` has the numbers of grains; only the first `count` are
+  /// used. The estimate does not include later growth of the pair lists.
   double bytes_for(const std::vector<int> &grains, int count, int num_shadows) const;
   double bytes(int slot) const
   {
@@ -245,8 +250,8 @@ template <int D> class RvePointsOf {
   MacroStepOptions options;
   int threads;
   SharedFlag any_stiffened{false};    ///< an RVE has stiffened since the last note_check()
-  /// By slot: 0 if the RVE has not stiffened since its last check. A compact filter for
-  /// has_stiffened().
+  /// Compact filter for has_stiffened(), by slot: 0 if the RVE has not stiffened since its last
+  /// check.
   std::vector<char> may_be_stiffer;
   bool any_copies = false;    ///< true once an RVE consists of several copies
   Slots widened;              ///< slots for take_widened()
@@ -289,8 +294,8 @@ template <int D> class RvePointsOf {
   Plan device_plan = Plan::None;
   /// True if the points lack the results of the last advance.
   bool results_on_device = false;
-  /// By slot: true if the RVE is frozen or consists of several copies. RVEs with copies get calls
-  /// of their own.
+  /// By slot: true if the RVE is frozen or consists of several copies. RVEs with copies get
+  /// separate calls of the engine.
   std::vector<char> is_separate;
   bool any_separate = false;
 
@@ -350,7 +355,7 @@ template <int D> class RvePointsOf {
   void freeze(int slot, std::uint32_t status);
   void evaluate_new(const Slots &slots);
   Point &initialise(int slot, const rve::RveStateOf<D> &state);
-  /// Drives without DEM steps, which evaluate the present results.
+  /// Drives without DEM steps. They evaluate the present results.
   static Drives drives_at_rest(std::size_t count);
   /// Slots that have an RVE.
   Slots used_slots() const;

@@ -19,7 +19,8 @@ namespace macro {
 
 namespace {
 
-  // Head of a record. The bytes of the state and of the state of the shadow, if any, follow.
+  // Head of a record. It is followed by the bytes of the state and, if there is a shadow, of the
+  // state of the shadow.
   template <int D> struct RecordHead {
     std::uint64_t version;
     std::uint64_t checksum;    // checksum of the head with checksum = 0; states have their own
@@ -120,7 +121,7 @@ namespace {
 
   std::size_t doubles_for(std::size_t bytes)
   {
-    // rounding up as bytes + 7 could overflow, since bytes may be any number
+    // (bytes + 7) / 8 could overflow, since `bytes` of a damaged record can be any number
     return bytes / sizeof(double) + (bytes % sizeof(double) ? 1 : 0);
   }
 
@@ -221,7 +222,7 @@ template <int D> int RvePointsOf<D>::record_size(int slot) const
 template <int D> int RvePointsOf<D>::record_bound(int slot) const
 {
   // A grain has radius, coordinates, velocities, spins, list coordinates and index. The number of
-  // pairs may double.
+  // pairs can double.
   constexpr int of_grain = 1 + 3 * D + rve::Space<D>::spins + 1;
   constexpr int of_pair = sizeof(rve::PairOf<D>) / sizeof(double);
   const Point &point = points.unsynchronised(slot);

@@ -20,7 +20,7 @@ template <int D> struct SampledStep {
   rve::DriveOf<D> drive;
   int parts = 1;
   int first_steps = 0;            ///< DEM steps of the first part
-  int spacing = 0;                ///< DEM steps of each other part
+  int spacing = 0;                ///< DEM steps of every other part
   std::vector<Matrix> samples;    ///< stress at the end of each part [stress]
   bool failed = false;
 
@@ -34,7 +34,8 @@ template <int D> struct SampledStep {
     first_steps = substeps - (parts - 1) * spacing;
   }
 
-  /// Drive of a part. The product of the deformations of all parts is that of the macro step.
+  /// Drive of a part. The product of the deformations of all parts is the deformation of the macro
+  /// step.
   rve::DriveOf<D> of_part(int part) const
   {
     if (parts == 1) return drive;

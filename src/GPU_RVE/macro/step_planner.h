@@ -35,9 +35,9 @@ template <int D> class StepPlanner {
 
   /// Action of an RVE that is not frozen, for a drive.
   Action action(int slot, const rve::DriveOf<D> &drive) const;
-  /// Action of an RVE that is not frozen, for an increment. The RVE is skipped if the strain since
-  /// its last DEM steps is below the quiescent strain and an evaluation at their end found it at
-  /// rest.
+  /// Action of an RVE that is not frozen, for an increment. The RVE is skipped if two conditions
+  /// hold: the strain since its last DEM steps is below the quiescent strain, and an evaluation
+  /// after these steps found the RVE at rest.
   Action action(int slot, const Matrix &increment, double dt, int substeps) const;
 
   /// Number of DEM steps of a drive: `drive.substeps`, or the adaptive number for its strain.
@@ -48,7 +48,8 @@ template <int D> class StepPlanner {
   /// True if the rotation of the increment in this number of DEM steps makes contacts slip. The
   /// overlap of contacts is estimated from the mean stress, which is known after every advance.
   bool slips(int slot, const Matrix &increment, double dt, int substeps) const;
-  /// True if the RVE must be turned rigidly before this increment, which includes the deferred one.
+  /// True if the RVE must be turned rigidly before this increment. `increment` includes the
+  /// deferred increment.
   bool needs_turn(int slot, const Matrix &increment, double dt, int substeps) const;
 
  private:

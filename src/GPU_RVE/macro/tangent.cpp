@@ -19,8 +19,8 @@ namespace {
       for (int b = a; b < D; ++b) f(a, b, TangentOf<D>::index(a, b));
   }
 
-  /// Factor of a row or column in Mandel's components, in which C_ijkl C_ijkl is the sum of
-  /// squares.
+  /// Factor of a row or column that gives Mandel's components. C_ijkl C_ijkl is the sum of the
+  /// squares of these components.
   template <int D> double weight(int index)
   {
     return index < D ? 1.0 : std::sqrt(2.0);
@@ -31,7 +31,7 @@ namespace {
     return (1.0 / std::sqrt(rve::dot(x, x))) * x;
   }
 
-  /// Direction n or -n with a positive first nonzero component.
+  /// Returns n or -n, so that the first nonzero component is positive.
   template <int D> rve::Vec<double, D> with_positive_lead(const rve::Vec<double, D> &n)
   {
     for (int a = 0; a < D; ++a)
@@ -40,7 +40,7 @@ namespace {
   }
 
   /// Directions n of a half circle or half sphere. The acoustic determinant is a polynomial of
-  /// degree 2 D in n. Its minima are wider than the distance of neighbouring directions.
+  /// degree 2 D in n. Its minima are wider than the distance between neighbouring directions.
   template <int D> std::vector<rve::Vec<double, D>> directions();
 
   template <> std::vector<rve::Vec<double, 2>> directions<2>()
@@ -52,7 +52,8 @@ namespace {
     return all;
   }
 
-  /// Points on three faces of a cube, 3 to 6 degrees apart. Axes and diagonals are among them.
+  /// Directions from the centre of a cube to points on three of its faces, 3 to 6 degrees apart.
+  /// Axes and diagonals are among these directions.
   template <> std::vector<rve::Vec<double, 3>> directions<3>()
   {
     constexpr int COUNT = 10;    // along half an edge
@@ -193,9 +194,9 @@ double NominalTangentOf<D>::acoustic_determinant(const rve::Vec<double, D> &n) c
   return rve::determinant(acoustic);
 }
 
-/// Pattern search: steps along tangents, halved if no step decreases the determinant. The
-/// determinant is smooth, so its least value has only rounding errors even if the direction has
-/// larger errors.
+/// Pattern search from `best`: takes steps along tangents, and halves the step if no step decreases
+/// the determinant. The determinant is smooth, so its least value has only rounding errors even if
+/// the direction has larger errors.
 template <int D>
 LeastAcousticOf<D> NominalTangentOf<D>::downhill_from(LeastAcousticOf<D> best, double step) const
 {

@@ -14,8 +14,8 @@ struct IsotropicPart {
   double lambda, shear;    ///< Lame's lambda, and mu = G [stress]
   double anisotropy;       ///< |C - isotropic part| / |isotropic part| [-]
 
-  /// Young's modulus [stress]. A plane tangent is that of plane strain. 0 if lambda + shear is 0,
-  /// as for an RVE without contacts.
+  /// Young's modulus [stress]. A plane tangent is a tangent in plane strain. The result is 0 if
+  /// lambda + shear is 0, as for an RVE without contacts.
   double young() const
   {
     const double sum = lambda + shear;
@@ -64,11 +64,11 @@ template <int D> struct TangentOf {
   double norm() const;
   /// Least second-order work eps : C : eps / (eps : eps) over all strains eps [stress]. It is the
   /// least eigenvalue of the symmetric part in Mandel's components. If it is not positive, a small
-  /// increment of load may cause unlimited strain (Hill 1958, J. Mech. Phys. Solids 6, 236).
+  /// increment of load can cause unlimited strain (Hill 1958, J. Mech. Phys. Solids 6, 236).
   double least_second_order_work() const;
   /// Largest modulus rho c^2 of plane waves over directions n and polarizations, without the terms
   /// of the stress [stress]. It is the largest eigenvalue of the symmetric part of n_j C_ijkl n_l.
-  /// The tested directions are 2 to 6 degrees apart, so the modulus may be half a per cent too low.
+  /// The tested directions are 2 to 6 degrees apart, so the modulus can be half a per cent too low.
   double wave_modulus() const;
 
   /// Tangent with the components f(component[r][c], other.component[r][c]).
@@ -92,7 +92,7 @@ template <int D> TangentOf<D> operator*(double factor, const TangentOf<D> &x)
 }
 
 /// Least determinant of the acoustic tensor over all directions. If it is not positive, a shear
-/// band with this normal may form (Rice 1976, "The localization of plastic deformation", Proc. 14th
+/// band with this normal can form (Rice 1976, "The localization of plastic deformation", Proc. 14th
 /// IUTAM Congress, 207).
 template <int D> struct LeastAcousticOf {
   double determinant;            ///< [stress^D]
@@ -100,9 +100,9 @@ template <int D> struct LeastAcousticOf {
 };
 
 /// Tangent A of the nominal stress rate in the present configuration: P = A : L for a velocity
-/// gradient L, where P = d sigma/dt + sigma tr(L) - sigma L^T. P_ij is the rate of the force per
-/// area along i on an area with the initial normal along j. A includes the terms of the rotation of
-/// the stress.
+/// gradient L, where P = d sigma/dt + sigma tr(L) - sigma L^T. P_ij is the rate of the force
+/// component i per area on an area whose initial normal is along j. A includes the terms of the
+/// rotation of the stress.
 template <int D> struct NominalTangentOf {
   double component[D][D][D][D];    ///< i, j, k, l [stress]
 

@@ -13,11 +13,12 @@ namespace macro {
 
 namespace {
 
-  /// Time step over the stability bound [-]. Contacts may stiffen while a clone is strained.
+  /// Ratio of the time step to the stability bound [-]. Contacts can stiffen while a clone is
+  /// strained.
   constexpr double TIME_STEP_SHARE = 0.8;
 
-  /// Number of checks without a halving of the unbalanced forces, after which these count as
-  /// rounding errors.
+  /// If the unbalanced forces have not halved after this number of checks, they count as rounding
+  /// errors.
   constexpr int CHECKS_WITHOUT_PROGRESS = 4;
 
   /// Share of the free memory for clones.
@@ -142,8 +143,8 @@ template <int D> void TangentProbesOf<D>::drop(Group &group)
   group.numbers.clear();
 }
 
-/// Advances groups until the clones of each are at rest. The number of steps of a group does not
-/// depend on the other groups.
+/// Advances groups until the clones of every group are at rest or have made `most_steps` DEM steps.
+/// The number of steps of a group does not depend on the other groups.
 template <int D> void TangentProbesOf<D>::come_to_rest(std::vector<Group> &groups)
 {
   std::vector<Group *> moving;
@@ -180,8 +181,8 @@ template <int D> void TangentProbesOf<D>::strain_and_rest(std::vector<Group> &gr
   come_to_rest(groups);
 }
 
-/// Adds one clone of the RVE with zero velocities, because the velocities of the RVE are those of
-/// its straining.
+/// Adds one clone of the RVE. The clone has zero velocities, because the velocities of the RVE
+/// belong to its straining.
 template <int D> void TangentProbesOf<D>::begin(Group &group, State state)
 {
   state.material.local_damping = options.damping;
@@ -254,8 +255,8 @@ template <int D> void TangentProbesOf<D>::evaluate(Group &group) const
   answer.response = along;
 }
 
-/// Strains clones along the present direction. Contacts that slid in the RVE left the limit of
-/// friction while the clone came to rest, and this strain brings them back to it.
+/// Strains clones along the present direction of straining. Contacts that slid in the RVE left the
+/// limit of friction while the clone came to rest. This strain brings them back to the limit.
 template <int D> void TangentProbesOf<D>::strain_along(std::vector<Group> &groups)
 {
   for (Group &group : groups)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangent stiffness of an RVE by probes. Clones of the RVE are strained slightly, each by one
-// strain, and come to rest. Their stresses give the tangent.
+// Measures the tangent stiffness of an RVE by probes. Each clone of the RVE is strained slightly by
+// a strain of its own and comes to rest. The stresses of the clones give the tangent.
 
 #pragma once
 
@@ -19,7 +19,7 @@ enum class TangentKind {
   /// Contacts do not slide, and do not roll where they have rolling resistance. Strains of both
   /// signs give the same stiffness.
   Elastic,
-  /// Contacts keep the friction of the material. The stiffness is that of strains close to the
+  /// Contacts keep the friction of the material. The stiffness applies to strains close to the
   /// present direction of straining.
   Loading
 };
@@ -28,17 +28,19 @@ enum class TangentKind {
 /// the same values apply to soft and stiff grains.
 struct TangentOptions {
   TangentKind kind = TangentKind::Elastic;
-  double probe = 0.0;    ///< strain of a clone over the mean overlap [-]
-  /// Loading: strain before the probes along the present direction, over the mean overlap [-].
+  double probe = 0.0;    ///< ratio of the strain of a clone to the mean overlap [-]
+  /// Loading only: a strain along the present direction precedes the probes. This is the ratio of
+  /// the strain to the mean overlap [-].
   double lead = 0.0;
-  double spread = 0.1;    ///< loading: deviation of probes from the lead strain over their size [-]
-  int strain_steps = 500;    ///< DEM steps of the strain of a probe
-  int lead_steps = 10000;    ///< DEM steps of the lead
+  /// Loading only: relative deviation of the strain of a probe from the present direction [-].
+  double spread = 0.1;
+  int strain_steps = 500;    ///< DEM steps in which a probe is strained
+  int lead_steps = 10000;    ///< DEM steps of the strain `lead`
   int look_steps = 500;      ///< DEM steps between checks whether clones are at rest
   /// Most DEM steps in which clones come to rest. Clones that still move after them are used as
   /// they are.
   int most_steps = 50000;
-  double tolerance = 1e-5;    ///< unbalanced force ratio at rest over `probe` [-]
+  double tolerance = 1e-5;    ///< unbalanced force ratio at rest, divided by `probe` [-]
   double damping = 0.7;       ///< local damping of clones [-]
 
   /// Options with the least error by rounding and nonlinearity in a number format
@@ -53,8 +55,8 @@ template <int D> struct ProbedTangentOf {
   using Matrix = rve::Tensor<double, D>;
 
   std::uint32_t status = rve::status::Ok;    ///< status bits of all clones
-  /// False if a clone failed, or if a loading tangent has no direction of straining. All values
-  /// except the status are zero then.
+  /// False if a clone failed, if the tangent is not finite, or if a loading tangent has no
+  /// direction of straining. `tangent` and `response` are zero then.
   bool is_measured = false;
   TangentOf<D> tangent;
   Matrix stress =
@@ -65,9 +67,10 @@ template <int D> struct ProbedTangentOf {
   /// measured for a loading tangent [stress].
   Matrix response = Matrix::zero();
   double unrest =
-      0.0;    ///< largest unbalanced force ratio of a clone over TangentOptions::probe [-]
-  /// Elastic: the part of the stress change that is even in the strain, over the part that is odd
-  /// [-]. Loading: relative difference between C : strain_rate and `response` [-].
+      0.0;    ///< largest unbalanced force ratio of a clone, divided by TangentOptions::probe [-]
+  /// Elastic: ratio of the even to the odd part of the stress change, as a function of the strain;
+  /// the largest over all strains [-]. Loading: relative difference between C : strain_rate and
+  /// `response` [-].
   double nonlinearity = 0.0;
   int changed_contacts = 0;    ///< largest net change of the number of contacts by a probe
   int steps = 0;               ///< DEM steps of a clone
@@ -84,9 +87,9 @@ template <int D> class TangentProbesOf {
   TangentProbesOf(std::unique_ptr<rve::EngineOf<D>> _engine, const TangentOptions &_options);
 
   /// Tangents of `count` RVEs. RVE k has the state state(k) and the present velocity gradient
-  /// strain_rate(k), whose spin is ignored. The gradient may be zero for elastic tangents. As many
-  /// RVEs as fit into the memory of the engine have their clones advanced together. The bits of a
-  /// tangent do not depend on other RVEs.
+  /// strain_rate(k), whose spin is ignored. The gradient may be zero for elastic tangents. The
+  /// clones of as many RVEs as fit into the memory of the engine are advanced together. The bits of
+  /// a tangent do not depend on other RVEs.
   std::vector<ProbedTangentOf<D>> probe(int count, const std::function<State(int)> &state,
                                         const std::function<Matrix(int)> &strain_rate);
 

@@ -29,7 +29,7 @@ struct StressGoal {
   template <int D> static StressGoal of(const rve::Tensor<double, D> &stress);
 };
 
-/// Way of one RVE to its goal.
+/// State of one RVE on its way to its goal.
 template <int D> struct WayToStress {
   std::size_t index;          ///< index among the goals
   int slot;                   ///< number in the engine

@@ -65,8 +65,8 @@ template <int D> std::vector<AbsorbingNode<D>> Boundary<D>::absorbing(const Grid
   return nodes;
 }
 
-/// Sums impulses in a fixed order: line by line along the axis, then line after line along the
-/// first of the other axes.
+/// Sums impulses in a fixed order: node by node along each line parallel to `axis`, and line after
+/// line. Successive lines are neighbours along the first of the other axes.
 template <int D>
 Vec<D> Boundary<D>::sum_along(int axis, bool downwards, const Impulses &impulses) const
 {
@@ -86,8 +86,8 @@ Vec<D> Boundary<D>::sum_along(int axis, bool downwards, const Impulses &impulses
   return sum;
 }
 
-/// Returns minus the sum of the impulses of the body on nodes. The sum goes from the face into the
-/// body.
+/// Returns minus the sum of the impulses of the body on nodes. Each line is summed from the face
+/// into the body.
 template <int D> Vec<D> Boundary<D>::body_impulse(int body, const Impulses &impulses) const
 {
   const Face face = options_[body].face;

@@ -3,11 +3,12 @@
 // Contact with bodies is in face_contact.h and rigid_contact.h.
 //
 // Each condition is an impulse on nodal momenta. A balance of momentum imposes it twice. The first
-// impulse acts on the momenta with the forces, which give the velocities of the grid. The second
-// impulse acts on the momenta before the forces. The difference of both momenta gives the velocity
-// increments of the points. The impulse of the wall or body on the material is the first impulse
-// minus flip times the second impulse (doc/src/theory_mpm.rst). Sides are imposed node by node, and
-// bodies column by column of nodes. Neither reads data that other nodes or columns change.
+// impulse acts on the momenta after the forces have been added; these momenta give the velocities
+// of the grid. The second impulse acts on the momenta before the forces. The difference of both
+// momenta gives the velocity increments of the points. The impulse of the wall or body on the
+// material is the first impulse minus flip times the second impulse (doc/src/theory_mpm.rst).
+// Conditions of sides are imposed node by node, and conditions of bodies column by column of nodes.
+// The work for a node or column does not read data that other nodes or columns change.
 
 #pragma once
 
@@ -25,8 +26,9 @@ namespace mpm {
 /// no velocity normal to the side. Fixed: no velocity.
 enum class SideKind { Free, Roller, Fixed };
 
-/// Wave speeds c [length/time] of the dashpots of a side, which put a traction -ρ c v on its nodes.
-/// Zero means that there is no dashpot.
+/// Wave speeds c [length/time] of the dashpots of a side. The dashpots put a traction -ρ c v on the
+/// nodes of the side, with the density ρ and the nodal velocity v. Zero means that there is no
+/// dashpot.
 struct Dashpots {
   double normal = 0.0;        ///< compression waves; the side must be free
   double tangential = 0.0;    ///< shear waves; the side must be free or a roller
@@ -48,15 +50,15 @@ struct RigidBodyOptions {
   bool round = false;         ///< 3D: a cylinder in the body's box, along the normal of its face
   BodyForm form = BodyForm::Face;    ///< `face` and `round` matter for Face only
   // members for forms that can turn
-  double friction = 0.0;     ///< coefficient; above 0, contacts can open and must not be rough
+  double friction = 0.0;     ///< coefficient; above 0: contacts can open, and `rough` must be false
   int free = 0;              ///< bit k: freedom k obeys forces; other freedoms are prescribed
   bool has_pivot = false;    ///< the body turns about `pivot`; otherwise about its centre of mass
   double pivot[3] = {};      ///< initial position of the pivot [length]
   double turned[3] = {};     ///< initial rotation vector; the angle in 2D [radian]
 };
 
-/// State of a rigid body of the form Face in a step: the bounding box of the boxes of its points,
-/// which moves without rotation.
+/// State of a rigid body of the form Face in a step. The body is the bounding box of the boxes of
+/// its points and moves without rotation.
 template <int D> struct RigidBodyState {
   Vec<D> lo, hi;      ///< [length]
   Vec<D> velocity;    ///< [length/time]
@@ -97,11 +99,11 @@ template <int D> class Boundary {
   /// Returns the nodes of the whole grid on a side and beyond it.
   NodeBox<D> nodes_of(Face side) const;
 
-  /// Impulse of the material on a body [mass length/time]. `impulses` are those of this body on
-  /// nodes. The order of the sum is fixed; nodes without an impulse may be left out.
+  /// Impulse of the material on a body [mass length/time]. `impulses` are the impulses of this body
+  /// on nodes; nodes without an impulse may be left out. The order of the sum is fixed.
   Vec<D> body_impulse(int body, const Impulses &impulses) const;
-  /// Impulse of the material on a side [mass length/time]. `impulses` are those of the nodes in
-  /// nodes_of(side) on the side. The order of the sum is fixed, as in body_impulse().
+  /// Impulse of the material on a side [mass length/time]. `impulses` are the impulses of the nodes
+  /// in nodes_of(side) on this side. The order of the sum is fixed, as in body_impulse().
   Vec<D> side_impulse(Face side, const Impulses &impulses) const;
 
  private:
@@ -113,7 +115,8 @@ template <int D> class Boundary {
   std::vector<RigidBodyOptions> options_;
 };
 
-/// Coordinates that differ by less are equal [cells]. The value is far above round-off.
+/// Coordinates that differ by less than this count as equal [cells]. The value is far above
+/// round-off.
 constexpr double POSITION_TOLERANCE = 1e-6;
 
 RVE_HD inline double clamped(double value, double low, double high)

@@ -22,9 +22,8 @@ struct StateVariable {
 
 using StateVariables = std::vector<StateVariable>;
 
-/// State variables of points: a row of doubles for each point, which begins with the state
-/// variables of its law. The rows exist on the host only, since laws with state variables run
-/// there.
+/// State variables of points. Each point has a row of doubles that begins with the state variables
+/// of its law. The rows exist on the host only, since laws with state variables run there.
 struct MemoryRows {
   double *first = nullptr;
   int width = 0;    ///< doubles of a row: the largest number of state variables of all laws
@@ -102,8 +101,8 @@ template <int D> class Constitutive {
   /// Announces calls of p_wave_modulus() for many points, from several threads.
   virtual void expect_questions() {}
 
-  /// Modulus of plane compression waves, ρ c² [stress]. The CFL check uses this upper estimate for
-  /// the current state.
+  /// Modulus of plane compression waves, ρ c² [stress]. It is an upper estimate for the current
+  /// state, and the CFL check uses it.
   virtual double p_wave_modulus(int point_index) const = 0;
 
   /// Modulus of shear waves, ρ c² [stress], or 0 if the law has no closed form of it.

@@ -15,7 +15,7 @@ using rve::require;
 namespace {
 
   /// Tolerance of flatness relative to the size of the body. Coordinates in scripts are more
-  /// accurate, and cells are much larger.
+  /// accurate than this, and cells are much larger.
   constexpr double FLAT = 1e-6;
 
   template <int D> double length_of(const Vec<D> &vector)
@@ -23,7 +23,7 @@ namespace {
     return std::sqrt(dot(vector, vector));
   }
 
-  /// D vertices that may lie on a face.
+  /// D vertices that can lie on a common face.
   template <int D> struct Candidate {
     std::array<int, D> corner;
     Vec<D> across;     ///< normal of their plane, with the length `measure`
@@ -55,8 +55,8 @@ namespace {
   }
 
   /// Removes round-off from a unit normal, since the choice of the nearest axis must not depend on
-  /// it. Components below 1e-12 become zero. Magnitudes that differ by less than 1e-12 become
-  /// equal.
+  /// round-off. Components below 1e-12 become zero. Magnitudes that differ by less than 1e-12
+  /// become equal.
   template <int D> Vec<D> without_noise(Vec<D> normal)
   {
     constexpr double NOISE = 1e-12;

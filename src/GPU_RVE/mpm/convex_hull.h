@@ -13,7 +13,8 @@
 
 namespace mpm {
 
-/// Largest number of vertices. All triples of vertices are tried, which takes a tenth of a second.
+/// Largest number of vertices. With this number, trying all triples of vertices takes a tenth of a
+/// second.
 constexpr int MOST_VERTICES = 128;
 
 template <int D> struct ConvexHull {
@@ -32,15 +33,15 @@ template <int D> struct ConvexHull {
   double least_width() const;
 
   /// Extends the body beyond a side by `distance` [length] along its normal. The extension is not
-  /// wider than this side: where an adjacent side leans outwards, a new side through the common
-  /// edge, parallel to the normal, bounds the extension.
+  /// wider than this side. If an adjacent side leans outwards, a new side bounds the extension
+  /// there. The new side contains the common edge and is parallel to the normal.
   void extend(std::size_t side, double distance);
 };
 
-/// Returns the hull of vertices [length] in their frame. Vertices inside the hull are ignored, and
-/// faces in one plane within 1e-6 of the size of the body are merged. Throws rve::InputError, with
-/// `name` as the name of the body, if there are too few or too many vertices or faces, if a vertex
-/// is not finite, or if all vertices lie in one plane (3D) or line (2D).
+/// Returns the hull of vertices [length] in their frame. Vertices inside the hull are ignored.
+/// Faces that lie in one plane to within 1e-6 of the size of the body are merged. Throws
+/// rve::InputError, with `name` as the name of the body, if there are too few or too many vertices
+/// or faces, if a vertex is not finite, or if all vertices lie in one plane (3D) or line (2D).
 template <int D>
 ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string &name);
 

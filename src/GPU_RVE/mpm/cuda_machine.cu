@@ -3,9 +3,9 @@
 //
 // Host and device synchronise the points as follows. Positions and velocities are downloaded in
 // every step while the laws run. Positions and velocities are uploaded if the caller's values
-// differ from the downloaded values. Forces are uploaded if they differ from the last upload. Laws
-// on the host read ΔF and write stresses in every step. Stresses of laws on the device, and all
-// other fields that a step changes, stay on the device until fetch().
+// differ from the downloaded values. Body forces are uploaded if they differ from the last upload.
+// Laws on the host read ΔF and write stresses in every step. Stresses of laws on the device, and
+// all other fields that a step changes, stay on the device until fetch().
 
 #include "mpm/cuda_machine.h"
 
@@ -127,7 +127,7 @@ namespace {
       }
       view_.point_total = shared.point_total();
       view_.touched = shared.touched();
-      // the result is the same on all ranks
+      // devices_exchange_ gets the same value on all ranks
       devices_exchange_ = exchange_of_gpus_.is_open() &&
           view_.num_maxima() <= ExchangeBuffers::MOST_MAXIMA &&
           shared.most_given() * SUMS_OF_NODE<D> <=
@@ -156,7 +156,8 @@ namespace {
 
     static constexpr bool is_synchronous() { return false; }
 
-    /// Launches the passes in the list. This must precede any other access to their arrays.
+    /// Launches the passes in the list. Call this before any other access to the arrays of the
+    /// passes.
     void submit() { passes_.hand_over("passes of the material point method"); }
     void wait()
     {
@@ -244,8 +245,8 @@ namespace {
 
     const int *given_nodes() const { return given_on_device_; }
     const int *taken_nodes() const { return taken_on_device_; }
-    /// The buffer is page-locked memory, which passes can access. For a few kilobytes this is
-    /// faster than a copy.
+    /// Returns a buffer in page-locked memory, which passes can access. For a few kilobytes such
+    /// access is faster than a copy.
     std::int64_t *exchange_buffer(std::size_t count)
     {
       submit();
@@ -345,7 +346,8 @@ namespace {
 
     void use_device() const { check_cuda(cudaSetDevice(device_number_), "choice of the device"); }
 
-    /// Appends a kernel that calls follow() to the list, with a thread for each of `count` items.
+    /// Appends a kernel to the list, with a thread for each of `count` items. The kernel must call
+    /// rve::follow().
     template <class... Parameters>
     void launch(void (*kernel)(Parameters...), std::size_t count,
                 const std::common_type_t<Parameters> &...arguments)
@@ -353,7 +355,8 @@ namespace {
       passes_.add(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK, arguments...);
     }
 
-    /// Appends a pass to the list that adds its items to sums. The sums must have been set to zero.
+    /// Appends a pass to the list. The pass adds its items to sums, which must have been set to
+    /// zero before.
     template <class P> void add_items(const P &pass)
     {
       const SumsByKind<SharedSums> sums = {{{view_.sums[InertiaSums]}, {view_.sums[VectorSums]}}};
@@ -361,7 +364,7 @@ namespace {
              pass, pass.items(), findings_, sums);
     }
 
-    /// Number of doubles of `count` rows of three, rounded up to ALIGNMENT.
+    /// Number of doubles in `count` rows of three, rounded up to a multiple of ALIGNMENT.
     static std::size_t rows(int count)
     {
       return (3 * static_cast<std::size_t>(count) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
@@ -385,7 +388,8 @@ namespace {
     /// Number of work items (rve::LightWork) in a copy or comparison of `bytes` bytes. An item of
     /// 256 bytes takes about as long as one point in other loops.
     static int pieces(std::size_t bytes) { return static_cast<int>(bytes / 256); }
-    /// Splits `count` elements of `bytes` bytes each among threads, which call share(begin, end).
+    /// Splits `count` elements of `bytes` bytes each among threads. Each thread calls share(begin,
+    /// end) for its part.
     template <class Share> void share_out(std::size_t count, std::size_t bytes, Share share) const
     {
       const rve::LightWork work(pieces(count * bytes), threads_);
@@ -428,7 +432,7 @@ namespace {
         is_ahead_ = false;
         points_are_old_ = false;
       }
-      // the host seldom changes these arrays; one team compares all of them
+      // the host seldom changes these arrays; one team of threads compares all of them
       const std::size_t size = 3 * static_cast<std::size_t>(count);
       double *motion = motion_.host_array(motion_size()) + num_words();
       double *velocities = motion + rows(count), *force = body_force_.host_array(size);

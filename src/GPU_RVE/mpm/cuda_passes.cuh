@@ -90,9 +90,9 @@ class DeviceTally {
     add_to(SharedSums{sum}, 0, part);
   }
 
-  /// Raises the maxima in device memory to those of a warp. All threads of the warp must call it.
-  /// The maximum of non-negative doubles is found from the high and then the low halves of their
-  /// bit patterns.
+  /// Raises the maxima in device memory to the maxima of a warp. All threads of the warp must call
+  /// it. The maximum of non-negative doubles is found from the high and then the low halves of
+  /// their bit patterns.
   __device__ void flush()
   {
     constexpr unsigned all = 0xffffffffu;
@@ -116,15 +116,15 @@ class DeviceTally {
 };
 
 /// True if the pass P must not run. Either the halt flag is set, or P has a stage above 0 and a
-/// point has an error of stage 0. Such a point has no weights.
+/// point has an error of stage 0. A point with such an error has no weights.
 template <class P> __device__ bool is_halted(const Findings &findings)
 {
   if (findings.halt && *findings.halt > 0) return true;
   return P::STAGE > 0 && findings.first_error[0] != PointErrorKey::NO_ERROR;
 }
 
-/// Unless HasBoxes (StepView::has_boxes), tells the compiler that the options need no boxes of
-/// points. This saves registers in the kernels for the default options.
+/// If HasBoxes is false, tells the compiler that the options need no boxes of points
+/// (StepView::has_boxes()). This saves registers in the kernels for the default options.
 template <bool HasBoxes, class P> __device__ void leave_out_boxes(P &pass)
 {
   if constexpr (!HasBoxes) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Exchange of numbers between the GPUs of the ranks on one computer. Kernels between the passes of
-// a step make the exchange; hosts neither take part nor wait. The exchange buffers are in shared
-// page-locked memory that all GPUs can access. A rank writes its numbers, sets a flag, waits for
-// the flags of all other ranks and reads their numbers.
+// Exchange of numbers between the GPUs of the ranks on one computer. Kernels that run between the
+// passes of a step make the exchange. Hosts neither take part in it nor wait for it. The exchange
+// buffers are in shared page-locked memory that all GPUs can access. A rank writes its numbers,
+// sets a flag, waits for the flags of all other ranks and reads their numbers.
 
 #pragma once
 
@@ -20,8 +20,8 @@
 
 namespace mpm {
 
-/// Layout of the shared memory, for kernels. All ranks take part in all rounds of exchange and
-/// count them alike. Each round waits for all ranks, so all ranks have read the values of round r
+/// Layout of the shared memory, for kernels. Exchanges are numbered as rounds. All ranks take part
+/// in every round. Each round waits for all ranks, so all ranks have read the values of round r
 /// before any rank writes values of round r + 2. Two buffers for each purpose therefore suffice.
 struct ExchangeBuffers {
   static constexpr int MOST_RANKS = 16, MOST_MAXIMA = 256;
@@ -30,8 +30,8 @@ struct ExchangeBuffers {
   std::uint64_t *rounds;    ///< rounds of this rank so far, in the memory of its device
   int ranks, rank;          ///< number of ranks, and this rank
 
-  /// Largest number of integers from one rank to another one. All exchange buffers together
-  /// have 16 MiB.
+  /// Largest number of integers that one rank can send to another rank in a round. All exchange
+  /// buffers together have 16 MiB.
   static __host__ __device__ std::size_t buffer_length(int ranks)
   {
     return (std::size_t(1) << 20) / (ranks * ranks);
@@ -43,8 +43,8 @@ struct ExchangeBuffers {
         (MOST_MAXIMA * sizeof(double) + ranks * buffer_length(ranks) * sizeof(std::int64_t));
   }
 
-  /// Flag that is above zero if a rank has left, which ends all waiting. `memory` is a device or a
-  /// host address of the shared memory.
+  /// Flag that is above zero if a rank has left. It then ends all waiting. `memory` is a device or
+  /// a host address of the shared memory.
   static __host__ __device__ std::uint64_t *left(char *memory)
   {
     return reinterpret_cast<std::uint64_t *>(memory);
@@ -70,8 +70,8 @@ struct ExchangeBuffers {
 
   /// Returns the number of the next round. All threads of the only block call it.
   __device__ std::uint64_t begin_round() const { return *rounds + 1; }
-  /// Publishes the numbers that this block has written, and waits for those of all ranks in this
-  /// round. All threads call it.
+  /// Publishes the numbers that this block has written, and waits until all ranks have published
+  /// their numbers of this round or a rank has left. All threads call it.
   __device__ void synchronise(std::uint64_t round) const
   {
     using Flag = cuda::atomic_ref<std::uint64_t, cuda::thread_scope_system>;
@@ -95,8 +95,8 @@ struct ExchangeBuffers {
   static __host__ __device__ std::size_t flags(int ranks) { return FLAG * (1 + ranks); }
 };
 
-/// Computes maxima over all ranks in place. A halted kernel takes part in no round. The later
-/// kernel that repeats its work takes part.
+/// Computes maxima over all ranks in place. A halted kernel takes part in no round. The kernel that
+/// later repeats its work takes part instead.
 template <class Number>
 __global__ void exchange_maxima(ExchangeBuffers buffers, const std::int32_t *halt, Number *maxima,
                                 int count)

@@ -56,7 +56,7 @@ void DruckerPrager<D>::update(int count, const int *point_index,
     const double step = beyond / (shear_modulus_ + 9.0 * bulk_modulus * friction_ * dilatancy_);
     double root = before.root - shear_modulus_ * step;
     double sum = before.trace - 9.0 * bulk_modulus * dilatancy_ * step;
-    if (!(root > 0.0)) {    // beyond the apex; a cone without friction has none
+    if (!(root > 0.0)) {    // beyond the apex; without friction the cone has no apex
       root = 0.0;
       sum = friction_ > 0.0 ? strength_ / friction_ : before.trace;
     }
@@ -67,8 +67,8 @@ void DruckerPrager<D>::update(int count, const int *point_index,
         stress[p](a, b) = a == b ? mean + share * (trial(a, a) - mean_before) : share * trial(a, b);
     if (D == 2) state[OutOfPlaneStress] = mean + share * (trial_out - mean_before);
 
-    // sqrt(2/3) times the norm of the deviator of the plastic strain, which is (s_t - s)/(2 μ) with
-    // |s| = sqrt(2 J2)
+    // the deviator of the plastic strain increment is (s_t - s)/(2 μ), where |s| = sqrt(2 J2); the
+    // plastic strain grows by sqrt(2/3) times the norm of this deviator
     state[PlasticStrain] += (before.root - root) / (std::sqrt(3.0) * shear_modulus_);
   }
 }

@@ -30,7 +30,7 @@ template <int D> class DruckerPrager : public FrictionalLaw<D> {
   void update(int count, const int *point_index, const Tensor *deformation_increment, double dt,
               Tensor *stress, MemoryRows memory) override;
 
-  /// Yield function f of a point's stress [stress], which is positive outside of the cone.
+  /// Yield function f for the stress of a point [stress]. f is positive outside of the cone.
   double yield(const Tensor &stress, const double *memory) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Pass over the nodes that ranks share, which copies sums to and from an exchange buffer.
+// Pass that copies the sums of the nodes that ranks share to and from an exchange buffer.
 
 #pragma once
 
@@ -8,7 +8,7 @@
 namespace mpm {
 
 /// Copies the sums of a list of nodes to a buffer, node after node, or adds them from the buffer.
-/// The additions are atomic, since a node may be listed for several ranks. The stage is 0 because
+/// The additions are atomic, since a node can be listed for several ranks. The stage is 0 because
 /// all ranks must run the pass, even if one of them has found an error.
 template <int D> struct MoveSums : Pass<D> {
   using Pass<D>::step;

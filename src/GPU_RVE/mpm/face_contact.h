@@ -16,9 +16,9 @@
 // than one cell inside of the edge of a round body form its lateral face. There the motion of the
 // material towards the axis is stopped.
 //
-// Each contact is first found and then imposed. Finding a contact marks the velocity components of
-// nodes that it holds. Bodies do not act on components that a side of the grid holds. Nodes that
-// several bodies hold are divided among them (shared_contacts.h).
+// Each contact is first found and then imposed. Finding a contact marks the velocity components
+// that the contact holds at its nodes. Bodies do not act on components that a side of the grid
+// holds. A node that several bodies hold is divided among these bodies (shared_contacts.h).
 
 #pragma once
 
@@ -43,7 +43,7 @@ template <int D> struct FaceColumn {
 
   int lateral[D] = {};    ///< -1 or 1 if the column is on the low or high lateral face, else 0
   bool is_lateral = false;
-  int weight = StepView<D>::WHOLE_CONTACT;    ///< number of sectors that the body covers
+  int weight = StepView<D>::WHOLE_CONTACT;    ///< sectors (OpenFaces) that the body covers
   bool is_round = false;
   Vec<D> from_axis = Vec<D>::zero();    ///< unit vector from the axis to a lateral column, if round
 
@@ -167,8 +167,8 @@ template <int D> struct OpenFaces {
  private:
   static constexpr int SECTORS = 1 << D;
 
-  /// Returns the set of sectors on the inner sides of lateral faces. Sectors on one side along the
-  /// column represent both sides.
+  /// Returns the set of sectors on the inner sides of the lateral faces. The set has only the
+  /// sectors on the low side along the column; they represent both sides.
   static RVE_HD int sectors(const FaceColumn<D> &column, const int *on_face)
   {
     int set = 0;

@@ -43,8 +43,8 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
     if (D == 2) return {{"out_of_plane_stress", "stress"}, {"plastic_strain", ""}};
     return {{"plastic_strain", ""}};
   }
-  /// The initial σ_zz is the mean of the in-plane principal stresses, which is admissible to an
-  /// isotropic law if these stresses are.
+  /// The initial σ_zz is the mean of the in-plane principal stresses. With this σ_zz an isotropic
+  /// law admits the stress if it admits the in-plane stresses.
   void begin_memory(const Tensor &stress, double *memory) const override
   {
     if (D == 2) memory[OutOfPlaneStress] = 0.5 * trace(stress);

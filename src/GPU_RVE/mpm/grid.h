@@ -134,8 +134,8 @@ template <int D> class Grid {
     }
     return box;
   }
-  /// Returns the same grid with storage for a box of nodes, which is within all() and has fewer
-  /// than MOST_NODES nodes.
+  /// Returns the same grid with storage for a box of nodes. The box must be within all() and have
+  /// fewer than MOST_NODES nodes.
   Grid part(const NodeBox<D> &box) const
   {
     Grid grid = *this;
@@ -170,7 +170,7 @@ template <int D> class Grid {
   RVE_HD int last(int axis) const { return first_[axis] + held_[axis] - 1; }
   RVE_HD int node_count() const { return stride(D); }
 
-  /// Returns the storage index of the node at a place, which must be held. Places are from -1 to
+  /// Returns the storage index of the node at a place. The node must be held. Places are from -1 to
   /// cells + 1 along each axis.
   RVE_HD int node(const NodeIndex<D> &place) const
   {

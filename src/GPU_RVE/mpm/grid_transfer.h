@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Transfers between points and nodes: weights of a point, its shares of the integer sums on nodes,
-// and interpolation.
+// Transfers between points and nodes: weights of a point, contributions of a point to integer sums
+// on nodes, and interpolation from nodes.
 
 #pragma once
 
@@ -47,7 +47,7 @@ template <int D> struct Support {
     return place;
   }
 
-  /// Sets all members that follow from the grid and the weights of the axes.
+  /// Sets all other members from the grid and the weights of the axes.
   RVE_HD void locate(const Grid<D> &grid)
   {
     NodeIndex<D> first;

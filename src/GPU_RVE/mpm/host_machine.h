@@ -5,7 +5,8 @@
 // node, column of nodes or load (*_passes.h, *_contact.h). Passes run on CPU threads (HostMachine)
 // or on a CUDA device (CudaMachine in cuda_machine.cu). A machine owns the arrays of its part of
 // the grid. Every machine has the public members of HostMachine, and their comments define the
-// interface. Passes report findings: maxima, and the lowest key of points with errors.
+// interface. Passes report findings: maxima, and the lowest PointErrorKey of the points with
+// errors.
 //
 // All machines give the same bits because of these rules:
 //   1. a pass changes only data of its item;
@@ -33,7 +34,7 @@ namespace mpm {
 /// Sums of one thread on a range of nodes. Additions need no lock.
 struct PartialSums {
   std::int64_t *first;
-  std::size_t offset;    ///< index of the first sum among those of all nodes
+  std::size_t offset;    ///< index of the first sum among the sums of all nodes
 };
 
 inline void add_to(PartialSums sums, std::size_t k, std::int64_t part)
@@ -49,7 +50,7 @@ template <class T> class HostArray {
     values_ = values;
     return values_.data();
   }
-  /// Returns `count` zeros. The memory of a larger former part of the grid is freed.
+  /// Returns `count` zeros. The memory of the former array is freed, also if it is larger.
   T *reserve_zeros(std::size_t count)
   {
     std::vector<T>().swap(values_);
@@ -74,7 +75,8 @@ template <int D> class HostMachine {
   /// Chooses how ranks exchange sums. Collective; called after all ranks have made their machines.
   void join_ranks(const Communication &communication)
   {
-    each_rank_has_its_device(communication, DeviceName{});    // collective with ranks on devices
+    // collective: ranks with devices call it, too
+    each_rank_has_its_device(communication, DeviceName{});
   }
 
   /// Begins a step.
@@ -157,14 +159,15 @@ template <int D> class HostMachine {
   {
     communication.max_over_ranks(maxima_.data() + first, count);
   }
-  /// True if the devices of the ranks exchange maxima and sums in this step without their hosts.
+  /// True if the devices of the ranks exchange maxima and sums directly in this step, without their
+  /// hosts.
   static constexpr bool devices_exchange() { return false; }
   /// Exchanges the sums of shared nodes between devices.
   void exchange_sums(const MoveSums<D> &, const SharedNodes<D> &) {}
-  /// Ends all waiting between devices after an error of this rank.
+  /// After an error of this rank, makes the devices of all ranks stop waiting for each other.
   void leave_ranks() {}
 
-  /// Copies fields to the host that the machine has changed.
+  /// Copies to the host the fields that the machine has changed.
   void fetch(const PointView<D> &) {}
   /// Announces that the host has changed fields of points other than positions, velocities, forces,
   /// models and bodies.
@@ -230,12 +233,12 @@ template <int D> class HostMachine {
     }
   }
 
-  /// Calls pass(point, sums) for all points. The sums on nodes of the kinds that the pass adds to
-  /// are first set to zero.
+  /// Calls pass(point, sums) for all points. First sets the sums on nodes to zero, for the kinds to
+  /// which the pass adds.
   template <class P> void scatter(const P &pass)
   {
     const int count = pass.items();
-    // the team may have fewer threads than partial_ has elements
+    // the team can have fewer threads than partial_ has elements
     for (Partial &part : partial_) part.first_layer = part.end_layer = 0;
     const rve::LightWork work(count, threads_);
 #pragma omp parallel num_threads(work.team)

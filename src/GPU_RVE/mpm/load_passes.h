@@ -79,8 +79,8 @@ template <int D> struct PrepareLoad : LoadPass<D> {
 ///   f_I = t A N_t,I(x_t) H_n,I(x_face)
 /// with the traction t, the area A of the face, the shape function N_t of the point along the face
 /// and the hat function H_n along the normal. N_t is taken at the point, H_n at the position of the
-/// face. Uniform stress σ is then in equilibrium with t = σ n, with the outward normal n, to
-/// round-off (doc/src/theory_mpm.rst, tractions).
+/// face. A uniform stress σ is then in equilibrium, to round-off, with the traction t = σ n, where
+/// n is the outward normal (doc/src/theory_mpm.rst, tractions).
 template <int D> struct ScatterLoad : LoadPass<D> {
   using Pass<D>::step;
   rve::FixedScale scale = {};

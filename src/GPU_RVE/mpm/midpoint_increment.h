@@ -8,9 +8,9 @@
 
 namespace mpm {
 
-/// Strain D and rotation R from the displacement gradient with respect to the middle of the
-/// increment (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862). A rigid rotation of any
-/// size gives no strain.
+/// Strain D and rotation R of an increment. They follow from the displacement gradient with respect
+/// to the configuration in the middle of the increment (Hughes & Winget 1980, Int. J. Numer. Meth.
+/// Engng 15, 1862). A rigid rotation of any size gives no strain.
 template <int D> struct MidpointIncrement {
   rve::Tensor<double, D> strain;      ///< D
   rve::Tensor<double, D> rotation;    ///< R

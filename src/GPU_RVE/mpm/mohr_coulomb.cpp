@@ -63,8 +63,8 @@ namespace {
       for (int i = 0; i < 3; ++i) principal.value[i] = axes_.value[i];
     }
 
-    /// Subtracts the principal stresses that the return removes. A stress that the return does not
-    /// change keeps its bits.
+    /// Subtracts the part of each principal stress that the return removes. A stress that the
+    /// return does not change keeps its bits.
     void store(const MohrCoulombReturn::Principal &values, Tensor3 &stress, double *) const
     {
       stress = stress_;

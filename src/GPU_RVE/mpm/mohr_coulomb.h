@@ -15,11 +15,12 @@ namespace mpm {
 ///   f = k σ1 - σ3 - s,    g = m σ1 - σ3,
 ///   k = (1 + sin φ)/(1 - sin φ),  m = (1 + sin ψ)/(1 - sin ψ),  s = 2 c sqrt(k)
 /// with the friction angle φ, the dilation angle ψ and the cohesion c [stress]. For all orders of
-/// the principal stresses together, f = 0 is a pyramid. Its apex is the isotropic tension c cot φ.
-/// For φ = ψ = 0 it is Tresca's prism of the strength c, which has no apex. The planes are flat and
-/// nothing hardens. The return of the implicit Euler step is therefore exact and ends on a plane,
-/// an edge or the apex (Clausen, Damkilde & Andersen 2007, Comput. Struct. 85, 1795; de Souza Neto,
-/// Peric & Owen 2008, Computational Methods for Plasticity, section 8.2).
+/// the principal stresses together, f = 0 is a pyramid in the space of principal stresses. Its apex
+/// is the isotropic tension c cot φ. For φ = ψ = 0 the pyramid becomes Tresca's prism of the
+/// strength c, which has no apex. The sides of the pyramid are planes, and nothing hardens. The
+/// return of the implicit Euler step is therefore exact and ends on a plane, an edge or the apex
+/// (Clausen, Damkilde & Andersen 2007, Comput. Struct. 85, 1795; de Souza Neto, Peric & Owen 2008,
+/// Computational Methods for Plasticity, section 8.2).
 struct MohrCoulombReturn {
   double lame_first;           ///< λ [stress]
   double shear_modulus;        ///< μ [stress]
@@ -100,7 +101,7 @@ template <int D> class MohrCoulomb : public FrictionalLaw<D> {
   void update(int count, const int *point_index, const Tensor *deformation_increment, double dt,
               Tensor *stress, MemoryRows memory) override;
 
-  /// Yield function f of a point's stress [stress], which is positive outside of the pyramid.
+  /// Yield function f for the stress of a point [stress]. f is positive outside of the pyramid.
   double yield(const Tensor &stress, const double *memory) const;
 
  private:

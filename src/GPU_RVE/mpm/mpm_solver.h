@@ -73,7 +73,8 @@ template <int D> class MpmSolver {
   ///
   /// N is the shape function of a node. A point has position x, velocity v, volume V (initially
   /// V₀), stress σ, body force f, deformation gradient F and velocity gradient L. A node has force
-  /// f_I, momentum p and velocity v (in Σ N v and L), which changes by Δv in the step.
+  /// f_I, momentum p and velocity v. In Σ N v and in L, v is the velocity of the node, and Δv is
+  /// its change in the step.
   ///
   /// All sums use the weights at the positions at the start of the step. Rigid points move with
   /// their body and do not contribute to sums.
@@ -102,8 +103,8 @@ template <int D> class MpmSolver {
   /// Sum of the forces of local damping on nodes in the last step or evaluation [force]. Together
   /// with reactions and other forces it balances the change of momentum of the points.
   Vec<D> damping_force() const { return runner_->damping_force(); }
-  /// Largest magnitude of a component of an internal plus external nodal force [force]. Components
-  /// with a prescribed velocity do not count.
+  /// Largest magnitude of a component of the nodal forces, internal plus external [force].
+  /// Components with a prescribed velocity do not count.
   double max_unbalanced_force() const { return runner_->max_unbalanced_force(); }
 
   /// Returns sums over all deformable points.

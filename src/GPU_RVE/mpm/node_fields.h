@@ -39,22 +39,23 @@ template <int D, template <class> class Array> struct NodeFields {
   Array<Vec<D>> force{};              ///< [force]
   Array<Vec<D>> velocity{};           ///< velocity for the next motion or strains [length/time]
   Array<Vec<D>> velocity_change{};    ///< [length/time]
-  Array<double> cell_mean{};          ///< mean over the cell with this lowest node (CellMean)
+  Array<double> cell_mean{};          ///< mean over the cell whose lowest node this is (CellMean)
   // impulses for reactions [mass length/time]; body_impulse has the opposite sign of the others
   Array<Vec<D>> side_impulse{};        ///< per axis: of the material on the side across the axis
   Array<Vec<D>> absorbed_impulse{};    ///< per axis: of the material on the dashpots of the side
   Array<Vec<D>> body_impulse{};        ///< per body: of the body on the node
   // contacts with bodies
-  Array<std::uint8_t> on_body{};            ///< bit a: a body has a condition on component a
-  Array<std::uint8_t> closed{};             ///< per body and column: the face is in contact
-  Array<std::uint16_t> contact_states{};    ///< per body that can turn: two bits a contact (Touch)
-  Array<std::uint16_t> contacts_of_body{};    ///< per body: contact weight, 4 bits a component
+  Array<std::uint8_t> on_body{};              ///< bit a: a body has a condition on component a
+  Array<std::uint8_t> closed{};               ///< per body and column: the face is in contact
+  Array<std::uint16_t> contact_states{};      ///< per turning body: two bits per contact (Touch)
+  Array<std::uint16_t> contacts_of_body{};    ///< per body: contact weight, 4 bits per component
   // fields for several bodies
-  Array<std::uint32_t> parts{};    ///< sum of contact weights, 8 bits a component; 0: not divided
+  Array<std::uint32_t> parts{};    ///< sum of contact weights, 8 bits per component; 0: not divided
   Array<Vec<D>> gathered_end{};    ///< impulses that are added to momentum_end later
   Array<Vec<D>> gathered{};        ///< impulses that are added to momentum later
 
-  /// Calls visit(values per node, the field in each set...) for all fields of a step (StepView).
+  /// Calls visit(width, field of each set...) for all fields. `width` is the number of values per
+  /// node; it depends on the options in `step` (StepView).
   template <class Step, class Visit, class... Sets>
   static void each(const Step &step, const Visit &visit, Sets &...sets)
   {

@@ -17,7 +17,7 @@ template <int D> struct NodeBalance : NodePass<D> {
     Vec<D> &begin = step.momentum[n];
     Vec<D> &end = step.momentum_end[n];
     step.balance_sides(n, end, begin);
-    // outside the touched box a rank may have the force of a node but not its contacts with bodies
+    // outside the touched box a rank can have the force of a node without the contacts of the node
     if (!step.shares_grid || step.touched.contains(step.grid, n))
       for (int c = 0; c < D; ++c)
         if (!step.constrains(n, c)) tally.raise(Unbalanced, std::abs(step.force[n][c]));
@@ -25,8 +25,8 @@ template <int D> struct NodeBalance : NodePass<D> {
       set_velocities(step, n);
       return;
     }
-    // the damping force is -α |f| sign(v) with the net force f including reactions and sign(0) = 0;
-    // held components have no damping force, and reactions do not contain it
+    // the damping force is -α |f| sign(v) with sign(0) = 0; the net force f includes reactions;
+    // held components have no damping force, and reactions do not include damping forces
     step.damping_impulse[n] = (-1.0) * end;
     for (int c = 0; c < D; ++c) {
       const double net = end[c] - begin[c];
@@ -62,8 +62,8 @@ template <int D> struct NodeDamped : NodePass<D> {
 ///
 /// Material whose face is on the side gives its nodes the mass m = ρ A h/2, with the area A of the
 /// face and the cell size h. The force ρ A c v = (2 c/h) m v therefore needs no area or density
-/// (doc/src/theory_mpm.rst). The velocity is taken in the middle of the step, which never adds
-/// energy:
+/// (doc/src/theory_mpm.rst). The force uses the velocity in the middle of the step, so it never
+/// adds energy:
 ///   p_end = p + f dt - β (p + p_end),  β = c dt/h
 /// with the momentum p and the other forces f of the node. For β > 1 the dashpot reverses the
 /// velocity of a node, so cfl_number() includes these wave speeds.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// List of the fields of material points. The pointers of a PointView, the arrays of a caller, the
-// copies on a device, messages between ranks, records of restart files and columns of output follow
-// from it. A new field needs a member of PointFields and a row in each().
+// List of the fields of material points. It determines the pointers of a PointView, the arrays of a
+// caller, the copies on a device, messages between ranks, records of restart files and columns of
+// output. A new field needs a member of PointFields and a row in each().
 
 #pragma once
 
@@ -31,7 +31,8 @@ template <int D, template <class> class Array> struct PointFields {
   Array<Tensor<D>> stress{};                  ///< Cauchy, tension positive [stress]
   Array<Tensor<D>> velocity_gradient{};       ///< L [1/time]
 
-  /// Calls visit(row, the field in each set...) for all fields in the order of the members.
+  /// Calls visit(row, field of each set...) for all fields in the order of the members. `row` is a
+  /// PointField.
   template <class Visit, class... Sets>
   static constexpr void each(const Visit &visit, Sets &...sets)
   {

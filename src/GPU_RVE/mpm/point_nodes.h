@@ -14,7 +14,8 @@ template <int D> struct BoxPart {
   int place[D] = {};            ///< index of the part along each axis
 
   RVE_HD double share() const { return 1.0 / count; }
-  /// Returns the integer share of this part in a total. The shares of all parts add up exactly.
+  /// Returns the integer share of this part in a total. The shares of all parts add up exactly to
+  /// the rounded total.
   RVE_HD std::int64_t integer(const rve::FixedScale &scale, double total) const
   {
     if (count == 1) return scale.integer(total);
@@ -47,8 +48,9 @@ RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
   }
 }
 
-/// Adds a number of a point to component c of the sums of a kind on its nodes. All parts of the box
-/// together add exactly the rounded number.
+/// Adds a quantity `whole` of a point to component c of the sums of KIND on the nodes of the point.
+/// A call adds the share of one part of the box. All parts together add exactly the rounded
+/// quantity.
 template <SumKind KIND, int D, class Sums>
 RVE_HD void give(const Support<D> &support, const BoxPart<D> &part, const rve::FixedScale &scale,
                  double whole, Sums sums, int c)

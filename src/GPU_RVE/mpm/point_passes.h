@@ -8,8 +8,8 @@
 
 namespace mpm {
 
-/// Data of a point at the start of a step. Reading all at once makes a GPU thread wait for memory
-/// once.
+/// Data of a point at the start of a step. If a GPU thread reads all of them at once, it waits for
+/// memory only once.
 template <int D> struct PointAtStart {
   Vec<D> position, velocity, half_size, body_force;
   Tensor<D> stress;
@@ -26,8 +26,9 @@ template <int D> struct PointAtStart {
 };
 
 /// Returns the error of the state of a point, before or after a step, that would cause undefined
-/// behaviour or wrong results. The last assignment wins. There are no branches, since a GPU thread
-/// does not read the next numbers before it has decided a branch.
+/// behaviour or wrong results. If a point has several errors, the last assignment wins. The
+/// function has no branches, since a GPU thread does not read the next numbers before it has
+/// decided a branch.
 template <int D>
 RVE_HD ErrorCode state_error(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
                              const Tensor<D> &stress, bool is_rigid)
@@ -86,7 +87,8 @@ template <int D, class Tally>
 RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress, double volume,
                                const double *body_force, Tally &tally)
 {
-  // removing the point's own pressure at most doubles the bound; force_bound() adds the mean
+  // mean dilation replaces the point's own pressure by a mean; removing the own pressure at most
+  // doubles the bound, and force_bound() adds the mean
   const double factor = step.mean_dilation ? 2.0 : 1.0;
   tally.raise(
       ForceBound,
@@ -202,7 +204,8 @@ template <int D> struct AdvancePoint : PointPass<D> {
   }
 };
 
-/// Finds the velocity gradient L of points. The mean over cells replaces its dilation later.
+/// Finds the velocity gradient L of points. StrainPoint later replaces the dilation in L by the
+/// mean over cells.
 template <int D> struct GradientOfPoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const

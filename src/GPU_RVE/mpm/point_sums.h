@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Exact sums over points of all ranks, whose bits do not depend on the order of points or on ranks.
+// Exact sums over the points of all ranks. The bits of a sum depend neither on the order of the
+// points nor on their distribution over ranks.
 
 #pragma once
 
@@ -19,8 +20,9 @@ struct PointSums {
   std::vector<double> sums;    ///< one sum per quantity q
 };
 
-/// Returns the sums of `count` numbers value(p, q) of each point p for which takes(p) is true.
-/// check(largest magnitude, points) throws if the numbers of one q are too large. Collective.
+/// Returns `count` sums over the points p for which takes(p) is true. The terms of sum q are
+/// value(p, q). For each sum, check(largest magnitude of a term, number of terms) throws if the
+/// terms are too large. Collective.
 template <int D, class Takes, class Value, class Check>
 PointSums sum_over_points(const PointView<D> &points, const Communication &communication, int count,
                           const Takes &takes, const Value &value, const Check &check)

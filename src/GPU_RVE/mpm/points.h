@@ -91,7 +91,7 @@ template <int D> struct TractionLoad {
 };
 
 /// Error for a point that is outside of the grid, inverted or not finite. The message names its id
-/// and position. The error may occur on one rank only.
+/// and position. The error can occur on one rank only.
 class PointError : public std::runtime_error {
  public:
   PointError(std::int64_t id, const std::string &message) :

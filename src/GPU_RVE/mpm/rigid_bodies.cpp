@@ -29,7 +29,7 @@ namespace {
     return Tensor<D>::identity() + std::sin(angle) * spin + (1.0 - std::cos(angle)) * (spin * spin);
   }
 
-  /// Returns the sums of numbers of the points that `takes` accepts (sum_over_points).
+  /// Returns `count` sums over the points that `takes` accepts, as sum_over_points() does.
   template <int D, class Takes, class Value>
   std::vector<double> sums(const PointView<D> &points, const Communication &communication,
                            int count, const Takes &takes, const Value &value)
@@ -61,9 +61,9 @@ namespace {
       }
   }
 
-  /// Distance by which a face, at `distance` from the centre, must move outwards to be two cells
-  /// beyond a side of the grid [length]. It is 0 unless the face is parallel to the side and on it
-  /// or less than two cells beyond it.
+  /// Returns the distance [length] by which a face must move outwards to be two cells beyond a side
+  /// of the grid. `distance` is the distance of the face from the centre. The result is 0 unless
+  /// the face is parallel to the side, and either on the side or less than two cells beyond it.
   template <int D>
   double beyond_side(const SolverOptions<D> &options, const Vec<D> &centre, const Vec<D> &normal,
                      double distance)
@@ -132,8 +132,8 @@ template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
   std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
 }
 
-/// Finds the half sizes and the centre of a body from the boxes of its points along the axes of the
-/// body, or from its vertices. The centre is relative to the origin of the coordinates.
+/// Finds the half sizes and the centre of a body. They follow from the boxes of its points, or for
+/// the form Convex from its vertices. The centre is relative to the origin of the coordinates.
 template <int D>
 void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communication &communication)
 {
@@ -215,7 +215,7 @@ void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
   const auto is_own = [&](int p) { return points.rigid_body[p] == b; };
   const Tensor<D> to_body = transpose(body.orientation);
   const auto arm = [&](int p) { return to_body * (first_of<D>(points.position[p]) - body.origin); };
-  // a point's own box adds m/3 (l² + l'²) about an axis, with the half sizes l, l' across it
+  // a point's own box adds m/3 (l² + l'²) about an axis, with the half sizes l, l' across the axis
   const auto own_inertia = [&](int p, int i, int j) {
     if (i != j || i < D) return 0.0;
     double sum = 0.0;
@@ -238,8 +238,8 @@ void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
     const Vec<D> world_arm = first_of<D>(points.position[p]) - body.origin;
     return points.mass[p] * dot(first_of<D>(points.velocity[p]), unit_motion(q, world_arm));
   });
-  // the inertia of boxes does not contribute to the momentum of points; a small part of it makes
-  // the matrix regular for points on one line
+  // the momentum of points does not include the inertia of their boxes; a small part of this
+  // inertia makes the matrix regular for points on one line
   constexpr double SMALL_PART = 1e-9;
   double own[S * S], world[S * S];
   for (int q = 0; q < S * S; ++q) own[q] = of_places[q] + SMALL_PART * of_boxes[q];
@@ -308,8 +308,8 @@ template <int D> int RigidBodies<D>::num_enclosed(int body, const PointView<D> &
   return count;
 }
 
-/// Extends flat faces on a side of the grid or beyond it by two cells, since the body continues
-/// there.
+/// Moves flat faces that are on a side of the grid, or less than two cells beyond it, to two cells
+/// beyond the side, since the body continues there.
 template <int D> void RigidBodies<D>::widen_at_sides(RigidShape<D> &shape) const
 {
   const int first = shape.form == BodyForm::Box ? 0 : shape.form == BodyForm::Cylinder ? 2 : D;
@@ -406,7 +406,8 @@ template <int D> void RigidBodies<D>::advance(double dt)
   }
 }
 
-/// Calls visit(numbers, count) for the numbers of a body in its record after the first two.
+/// Calls visit(numbers, count) for each group of numbers that follows the first two numbers in the
+/// record of a body.
 template <int D>
 template <class Body, class Visit>
 void RigidBodies<D>::each_number(Body &body, const Visit &visit)

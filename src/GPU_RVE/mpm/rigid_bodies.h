@@ -27,7 +27,8 @@ template <int D> class RigidBodies {
   explicit RigidBodies(const SolverOptions<D> &options);
 
   /// Prescribes the rates of a body from the next step on. `rates` has S numbers: the velocity of
-  /// the origin [length/time] and the spin [1/time]. Freedoms that obey forces ignore them.
+  /// the origin [length/time] and the spin [1/time]. Freedoms that obey forces ignore their
+  /// prescribed rates.
   void set_rates(int body, const double *rates);
 
   /// Returns the data of the bodies for a step from the present state, valid until the next call.
@@ -40,8 +41,9 @@ template <int D> class RigidBodies {
   /// True if the form of the body is not Face.
   bool can_turn(int body) const { return index_.at(body) >= 0; }
 
-  /// Number of points of the material and other bodies on this rank whose centres are inside a body
-  /// that can turn and has not moved yet. Available after a step or an evaluation.
+  /// Number of points on this rank whose centres are inside this body, which can turn. Its own
+  /// points do not count. The number is 0 once the body has moved. Available after a step or an
+  /// evaluation.
   int num_enclosed(int body, const PointView<D> &points) const;
 
   // the following members are for bodies that can turn

@@ -7,10 +7,11 @@
 // contact acts along the true normal on the velocity interpolated at the surface, as under the face
 // of a body that does not turn (face_contact.h). Edges and corners need no special treatment, since
 // each line meets one face. A line has a contact only if it meets the surface at least a quarter of
-// a cell inside of the other faces. Otherwise a block that has sunk into the ground a little would
-// plough. Nodes deeper inside the body satisfy the contact with the nearest surface. The nodes of a
-// contact take shares of its impulse, and the centre of these shares is the position of the
-// contact. Body and material therefore exchange momentum and angular momentum exactly to round-off.
+// a cell inside of the other faces. Without this rule, a block that has sunk into the ground a
+// little would plough the ground. Each node deeper inside the body has a contact with the nearest
+// surface. The nodes of a contact take shares of its impulse, and the centre of these shares is the
+// position of the contact. Body and material therefore exchange momentum and angular momentum
+// without error, except for round-off.
 //
 // If forces drive a body, its contacts use its velocity at the end of the step:
 //   1. each contact adds its effective mass to the inertia of the body (GatherContacts)
@@ -31,7 +32,7 @@ template <int D> struct RigidContact {
   int count;    ///< number of nodes that take a share
   int node[2];
   double share[2];
-  int slot;         ///< index of the state in contact_states of the first node
+  int slot;         ///< index of the contact's state in contact_states of the first node
   Vec<D> normal;    ///< outward normal of the body
   Vec<D> arm;       ///< position from the origin of the body [length]
 
@@ -276,9 +277,9 @@ template <int D> struct RigidContactMotion {
 };
 
 /// Scales of the sums over contacts of one body. No bound of the terms is known in advance, since
-/// nodes with little mass move fast. The sums therefore have capacity for terms a million times
-/// larger than the terms of points. A second, fine sum of impulses keeps the digits that the first
-/// sum rounds off.
+/// nodes with little mass move fast. The sums therefore have capacity for terms that are a million
+/// times larger than those of points. A second, fine sum of impulses keeps the digits that the
+/// first sum rounds off.
 template <int D> struct ContactScales {
   static constexpr double ROOM = 0x1p20;
   rve::FixedScale mass, coarse, fine;
@@ -324,14 +325,14 @@ template <int D> struct ContactPass : Pass<D> {
       if (step.lower_touched[k].contains(step.grid, node)) return false;
     return true;
   }
-  /// unit_motion() with the arm of rotations in units of `reach`.
+  /// Returns unit_motion() with the lever arm of rotations in units of `reach`.
   static RVE_HD Vec<D> scaled_motion(const RigidBodyStep<D> &body, int freedom, const Vec<D> &arm)
   {
     return unit_motion(freedom, freedom < D ? arm : (1.0 / body.reach) * arm);
   }
 };
 
-/// Sums the additions of contacts to the inertia and momentum of a body that forces drive.
+/// Sums the contributions of contacts to the inertia and momentum of a body that forces drive.
 template <int D> struct GatherContacts : ContactPass<D> {
   using Pass<D>::step;
 
@@ -348,7 +349,7 @@ template <int D> struct GatherContacts : ContactPass<D> {
       const Touch touch = motion.touch(this->options, step.flip);
       if (touch == Touch::Open) return;
       // answer(v) is the impulse on the material if the body has the velocity v relative to it;
-      // `rest` is this relative velocity without the part from body.now
+      // `rest` is this relative velocity without the contribution of body.now
       const Vec<D> rest = motion.approach - step.flip * motion.approach_before -
           motion.freed(velocity_at(body.now, contact.arm));
       const Vec<D> pushed =

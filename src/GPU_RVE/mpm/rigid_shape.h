@@ -10,10 +10,10 @@
 
 namespace mpm {
 
-/// Form of a rigid body. Face: the box around its points, which does not turn and presses with one
-/// face (ImposeBody in face_contact.h). The other forms are convex bodies that can turn and have
-/// contact on their whole surface. Ball: a disk in 2D. Cylinder: 3D only, along the third axis of
-/// the body. Convex: the intersection of half spaces.
+/// Form of a rigid body. Face: the box around the points of the body. It does not turn and presses
+/// with one face (ImposeBody in face_contact.h). The other forms are convex bodies that can turn
+/// and have contact on their whole surface. Ball: a disk in 2D. Cylinder: 3D only, along the third
+/// axis of the body. Convex: the intersection of half spaces.
 enum class BodyForm { Face, Box, Ball, Cylinder, Convex };
 
 template <int D> constexpr int FREEDOMS = rve::Space<D>::freedoms;
@@ -155,7 +155,8 @@ template <int D> struct RigidShape {
 
   /// Finds where the line through `point` along a coordinate axis enters and leaves the body.
   /// Coordinates along the line start at `point`. Returns false if the line does not meet the body.
-  /// A line parallel to a face may be up to `tolerance` [length] outside of the face.
+  /// A line that is parallel to a face still meets the body if it is at most `tolerance` [length]
+  /// outside of the face.
   RVE_HD bool cross(const Vec<D> &point, int axis, double tolerance, Crossing &crossing) const
   {
     const Vec<D> start = transpose(orientation) * (point - centre);
@@ -268,7 +269,7 @@ template <int D> struct RigidShape {
     return form == BodyForm::Ball ? D : form == BodyForm::Cylinder ? 2 : 0;
   }
 
-  static constexpr double PARALLEL = 1e-12;    // sine; smaller angles count as 0
+  static constexpr double PARALLEL = 1e-12;    // sine of an angle; smaller angles count as 0
 
   /// Does the work of cross() for the form Convex, with vectors in the axes of the body.
   RVE_HD bool cross_planes(const Vec<D> &start, const Vec<D> &direction, double tolerance,
@@ -308,7 +309,7 @@ template <int D> struct RigidShape {
         const Vec<D> &other = half_space[k].normal;
         double below = half_space[k].distance - dot(other, place);
         // lines along this axis have contacts with both faces, so their common edge sets no depth;
-        // at the edge, the normal is the mean of both
+        // at the edge, the normal is the mean of both normals
         if (is_steep && outward * dot(other, direction) > STEEP) {
           if (below < same) sum = sum + other;
           continue;
@@ -322,13 +323,14 @@ template <int D> struct RigidShape {
   }
 
   static constexpr double SAME_DEPTH = 1e-9;    // tolerance relative to the size of the body
-  /// Cosine of the angle to an axis; at most one of two perpendicular normals exceeds it.
+  /// Cosine of the angle between a normal and an axis. Of two perpendicular normals, at most one
+  /// has a larger cosine.
   static constexpr double STEEP = 0.7072;
 
-  /// True if the two faces with these normals count as having a common edge. The depth `below`
-  /// [length] inside of the other face then limits contacts. Faces whose normals differ by up to 45
-  /// degrees approximate a round body and have no edge. Between 45 and 90 degrees `below` is
-  /// multiplied by a factor that falls to 1 at 90 degrees. Opposite faces have no common edge.
+  /// True if the faces with these two normals count as having a common edge. Contacts are then
+  /// limited by `below`, the depth inside of the other face [length]. Faces whose normals differ by
+  /// up to 45 degrees approximate a round body and have no edge. Between 45 and 90 degrees `below`
+  /// is multiplied by a factor that falls to 1 at 90 degrees. Opposite faces have no common edge.
   RVE_HD bool is_behind_edge(const Vec<D> &normal, const Vec<D> &other, double &below) const
   {
     constexpr double ROUND = 0.3;    // 1 - cos of 45.6 degrees
@@ -373,7 +375,7 @@ template <int D> struct RigidBodyStep {
   /// use it as the unit of lever arms.
   double reach;
   std::int64_t terms;    ///< upper bound of the number of contacts
-  double before[S];      ///< rates in the step before [length/time], [1/time]
+  double before[S];      ///< rates in the previous step [length/time], [1/time]
   /// Rates of this step [length/time], [1/time]: first without contact, then the rates that satisfy
   /// the contacts, finally the rates after the impulses of the contacts.
   double now[S];

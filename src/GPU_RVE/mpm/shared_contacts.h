@@ -3,17 +3,18 @@
 //
 // If contacts of more than one body hold a node, the node is divided among these contacts. Each
 // contact acts on a part of the mass and momentum of the node. The part is proportional to the
-// weight of the contact: the number of sectors around the node that the face of the body covers.
-// All contacts start from the same momenta, and the node receives the sum of their impulses. This
-// conserves momentum and does not depend on the order of the bodies. Two halves of a plate together
-// feel the reaction of the whole plate.
+// weight of the contact. The axes along the face divide the surroundings of the node into two
+// sectors in 2D and four in 3D. The weight is the number of these sectors that the face of the body
+// covers. All contacts start from the same momenta, and the node receives the sum of their
+// impulses. This conserves momentum and does not depend on the order of the bodies. The reactions
+// of two halves of a plate add up to the reaction of the whole plate.
 //
 // A sweep over the contacts maps momenta by A P S. S divides the nodes, P imposes the contacts, and
 // A = S^T sums the parts. P is a projection in the metric of the mass. The map is self-adjoint with
 // eigenvalues from 0 to 1, so it cannot add energy. If one body were imposed after the other, the
-// map would be a product of projections P2 P1, which is not self-adjoint. With the stiffness of the
-// material this product has complex eigenvalues, and the motion of nodes with little mass grows
-// from step to step.
+// map would be a product of projections P2 P1, which is not self-adjoint. Together with the
+// stiffness of the material, this product has complex eigenvalues, and the motion of nodes with
+// little mass grows from step to step.
 //
 // If contacts impose different conditions on a node, one sweep does not satisfy them fully, so
 // sweeps are repeated. Components of a node are divided separately. Components that only one body
@@ -26,7 +27,8 @@
 namespace mpm {
 
 /// Number of sweeps over contacts on divided nodes. If only one of two equal contacts imposes a
-/// condition, each sweep halves the deviation from it, and 2^-4 remains.
+/// condition, each sweep halves the deviation from this condition, and 2^-4 of the deviation
+/// remains.
 constexpr int SHARED_SWEEPS = 4;
 
 /// The work of a pass over the contacts of a body.

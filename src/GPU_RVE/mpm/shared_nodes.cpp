@@ -152,8 +152,8 @@ template <int D> void SharedNodes<D>::require_capacity() const
   }
 }
 
-/// Chooses another part if the present one lacks needed nodes or is more than twice as large as
-/// necessary, since nodes beyond the needed box take time and memory.
+/// Chooses another part if the present one lacks needed nodes, or if it is more than twice as large
+/// as necessary. Nodes beyond the needed box take time and memory.
 template <int D> void SharedNodes<D>::choose_part()
 {
   const NodeBox<D> box = needed(communication_.rank);

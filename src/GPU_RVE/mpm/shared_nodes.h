@@ -3,7 +3,7 @@
 //
 // A rank has two boxes of nodes. The touched box contains all nodes to whose sums the points of the
 // rank contribute. The needed box contains the touched box and all nodes that influence a touched
-// node. The rank holds (stores) the needed box and a margin. Its points may move within this margin
+// node. The rank holds (stores) the needed box and a margin. Its points can move within this margin
 // before the rank must hold another box. Nodes that no rank touches have no mass and change
 // nothing. Nodes beyond the needed box therefore do not influence the bits of results.
 //
@@ -19,8 +19,8 @@
 //     within n + 1 successive nodes along this axis, in any order of imposing. They make the needed
 //     box wider by n on both sides.
 //   - A body that can turn couples the two nodes of a line on both sides of its surface, along one
-//     axis after the other (ImposeContacts). It couples them twice if local damping has disturbed
-//     them. Each such body makes the needed box wider by two on both sides along each axis.
+//     axis after the other (ImposeContacts). With local damping the contacts are imposed twice.
+//     Each such body makes the needed box wider by two on both sides along each axis.
 // The first rank that touches the node of a contact counts the impulse of the contact on the body.
 
 #pragma once
@@ -39,7 +39,7 @@
 
 namespace mpm {
 
-/// Another rank, and the numbers of nodes with sums given to it and taken from it.
+/// Another rank, and the numbers of nodes whose sums are given to it and taken from it.
 struct Neighbour {
   int rank;
   std::size_t given, taken;
@@ -56,13 +56,13 @@ template <int D> class SharedNodes {
 
   /// Finds the nodes for the positions at the start of a step. Collective. Throws rve::InputError
   /// on all ranks if one would hold too many nodes. `half_boxes`: half size of the largest box that
-  /// follows the deformation [cells], if the gradients of `points` are out of date.
+  /// follows the deformation [cells], if the deformation gradients in `points` are out of date.
   void find(const PointView<D> &points, ShapeFunction shape, double half_boxes = FROM_POINTS);
 
   // results of find()
   /// Number of deformable points of all ranks.
   std::int64_t point_total() const { return point_total_; }
-  /// Box of the nodes to which points of this rank and loads on them may contribute.
+  /// Box of the nodes to which points of this rank and loads on them can contribute.
   const NodeBox<D> &touched() const { return touched_[communication_.rank]; }
   /// Touched boxes of the ranks before this one, num_lower() of them.
   const NodeBox<D> *lower_touched() const { return touched_.data(); }
@@ -74,14 +74,14 @@ template <int D> class SharedNodes {
 
   /// Ranks that share nodes with this rank, in ascending order.
   const std::vector<Neighbour> &neighbours() const { return neighbours_; }
-  /// Nodes of the part whose sums are given to the neighbours, one neighbour after the other, as
-  /// indices in the part. taken() has the nodes for which neighbours give sums.
+  /// Indices in the part of the nodes whose sums this rank gives to its neighbours, one neighbour
+  /// after the other. taken() has the nodes whose sums it takes from them.
   const std::vector<int> &given() const { return given_; }
   const std::vector<int> &taken() const { return taken_; }
-  /// Number that changes whenever these lists change.
+  /// Number that changes whenever given() or taken() changes.
   int edition() const { return edition_; }
-  /// Largest number of nodes with sums from one rank to another, over all pairs of ranks. All ranks
-  /// get the same number. The time is quadratic in the number of ranks.
+  /// Largest number of nodes whose sums one rank gives to another, over all pairs of ranks. All
+  /// ranks get the same number. The run time of the function is quadratic in the number of ranks.
   double most_given() const;
 
   /// Returns the nodes in a box with their values, in the order of Grid::id(), without values whose
@@ -98,8 +98,8 @@ template <int D> class SharedNodes {
     return found.empty() ? T{} : found.front().value;
   }
 
-  /// Calls visit(box) for successive boxes in the order of Grid::id(), which together contain all
-  /// touched boxes. Each is small enough for one call of everywhere().
+  /// Calls visit(box) for successive boxes in the order of Grid::id(). Together these boxes contain
+  /// all touched boxes. Each is small enough for one call of everywhere().
   template <class Visit> void each_layer(const Visit &visit) const;
 
  private:

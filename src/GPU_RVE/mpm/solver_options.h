@@ -48,7 +48,7 @@ template <int D> struct SolverOptions {
   std::vector<std::string> rigid_body_names;    ///< used in messages; the default is the index
   int threads = 1;                              ///< OpenMP threads; no influence on results
   Device device = Device::Cpu;                  ///< no influence on results
-  int device_number = 0;                        ///< modulo the number of usable devices
+  int device_number = 0;                        ///< taken modulo the number of usable devices
 
   /// Number of bodies that can turn.
   int num_turning() const
@@ -93,7 +93,7 @@ struct Communication {
   std::function<void(const std::vector<Message> &messages)> exchange =
       [](const std::vector<Message> &) {};
   /// Throws on all ranks if `problem` is not empty on at least one rank. The message is the text of
-  /// the lowest such rank. Collective.
+  /// the lowest of these ranks. Collective.
   std::function<void(const std::string &problem)> raise_on_all = [](const std::string &problem) {
     if (!problem.empty()) throw rve::InputError(problem);
   };

@@ -17,7 +17,7 @@ template <int D> struct StepInput {
   const std::vector<PointLoad<D>> &loads;
   int num_loads, num_models;
   const std::vector<Vec<D>> &body_velocity;    ///< [length/time]
-  /// Velocities in the step before; NaN if there was none [length/time].
+  /// Velocities in the previous step; NaN if there was none [length/time].
   const std::vector<Vec<D>> &body_velocity_before;
   std::vector<RigidBodyStep<D>> &rigid;    ///< bodies that can turn; the step updates them
   double dt;                               ///< [time]
@@ -48,7 +48,8 @@ template <int D> class StepRunner {
 
   /// Updates all arrays of the points that only the machine has changed.
   virtual void fetch(const PointView<D> &points) = 0;
-  /// Announces that the caller has changed the arrays of the points. The machine reads them again.
+  /// Announces that the caller has changed the arrays of the points, so that the machine reads them
+  /// again.
   virtual void points_changed() = 0;
 
   virtual Vec<D> body_reaction(int body) = 0;

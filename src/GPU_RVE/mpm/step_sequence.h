@@ -37,8 +37,8 @@ template <int D, template <int> class Machine> class StepSequence final : public
       order_.push_back({static_cast<int>(b), can_turn ? turning++ : -1});
       if (b < 64 && !can_turn && !(D == 3 && bodies[b].round)) plates_ |= std::uint64_t(1) << b;
     }
-    // the bits of a sum of three impulses on a node depend on their order; this order must not
-    // depend on the script
+    // the bits of a sum of three impulses on a node depend on their order, so the order of bodies
+    // in a script must not determine it
     std::stable_sort(order_.begin(), order_.end(), [&](const Ordered &one, const Ordered &other) {
       return options.name_of_body(one.body) < options.name_of_body(other.body);
     });
@@ -158,7 +158,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
   }
 
   /// Returns known[which]. The first call after a step computes it by find(). The value is kept
-  /// because callers request each component separately.
+  /// because callers call the function once for each component.
   template <class Find>
   static Vec<D> cached(std::map<int, Vec<D>> &known, int which, const Find &find)
   {
@@ -199,7 +199,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
     divides_nodes_ = machine_.view().has_several_bodies();
   }
 
-  /// True if two bodies may hold the same node after a time `dt` [time] of motion from the
+  /// True if two bodies can hold the same node after a time `dt` [time] of motion from the
   /// positions that this step has found. Contacts of a plate reach less than a cell beyond its box.
   /// If any body can turn, positions are ignored: the result is true if there are several bodies.
   bool bodies_can_touch(double dt)
@@ -228,8 +228,8 @@ template <int D, template <int> class Machine> class StepSequence final : public
 
   /// Runs the passes that need pending stresses. A device launches them speculatively, before the
   /// host has checked that the stresses are complete. If the host must finish some RVEs, the passes
-  /// are cancelled and repeated. Passes are not launched speculatively if hosts exchange sums in
-  /// between, as they do for bodies that can turn.
+  /// are cancelled and repeated. Passes are not launched speculatively if the hosts exchange sums
+  /// between the passes, as they do for bodies that can turn.
   template <class Passes> void after_stress(StressUpdate<D> &update, const Passes &passes)
   {
     const bool needs_no_host = !machine_.is_synchronous() &&
@@ -247,7 +247,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
     }
     try {
       if (fetch_stress(update) != rve::StressesAre::OnDevice || !needs_host) launch();
-      // devices of other ranks may wait for these passes, so the hosts synchronise after them
+      // devices of other ranks can wait for these passes, so the hosts synchronise after them
       update.synchronise_ranks();
     } catch (...) {
       machine_.leave_ranks();
@@ -418,7 +418,8 @@ template <int D, template <int> class Machine> class StepSequence final : public
     machine_.over(TakeSums<D, Sum...>{{machine_.view()}});
   }
 
-  /// Adds the sums of a pass on other ranks to those of this rank on the nodes that ranks share.
+  /// Adds the sums that a pass has formed on other ranks to the sums of this rank, on the nodes
+  /// that ranks share.
   template <class P> void share_sums()
   {
     if (communication_.ranks == 1) return;
@@ -512,7 +513,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
   std::vector<Vec<D>> body_velocity_;
   int point_count_ = -1;    ///< number of points in the last step
   struct Ordered {
-    int body, turning;    ///< index among all bodies, and among those that can turn or -1
+    int body, turning;    ///< index among all bodies; index among those that can turn, or -1
   };
   std::vector<Ordered> order_;    ///< order of the bodies in the passes
   std::uint64_t plates_ = 0;      ///< bit b: body b presses with one face and is not round

@@ -44,7 +44,8 @@ enum Maximum {
   Unbalanced,
   /// Largest term of contacts with bodies that can turn, relative to the capacity of their sums.
   ContactBound,
-  /// Half size of boxes that follow the deformation, after strains, on this rank [cells].
+  /// Half size of a box that follows the deformation, after the strains of the step [cells]. This
+  /// maximum is over this rank only.
   BoxBound,
   DilationBound,    ///< |tr L| [1/time]
   VolumeBound,      ///< volume of a point [length³]
@@ -74,7 +75,8 @@ template <int D> struct PointLoad {
   Vec<D> traction;    ///< [stress]
 };
 
-/// Momenta that contacts change, and impulses on divided nodes that have not been added yet.
+/// Momenta that contacts change, and impulses on divided nodes that have not been added to the
+/// momenta yet.
 template <int D> struct ContactMomenta {
   Vec<D> *momentum, *gathered;
 };
@@ -92,18 +94,18 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   Grid<D> grid;    ///< the part that this rank holds
   ShapeFunction shape;
   double flip, damping, thickness;
-  bool mean_dilation;    ///< strains and stresses have volumetric parts that are means over cells
+  bool mean_dilation;    ///< volumetric parts of strains and stresses are means over cells
   bool absorbs;          ///< some sides have dashpots
   double dt = 0.0;
   int num_bodies, num_models = 0, num_loads = 0;
   int num_rigid;    ///< number of bodies that can turn
-  /// True if nodes are divided among bodies, because several bodies may hold the same node in this
+  /// True if nodes are divided among bodies, because several bodies can hold the same node in this
   /// step (shared_contacts.h). If no node has several bodies, imposing the bodies one by one
   /// without division gives the same bits.
   bool divides_nodes = false;
   RigidBodyStep<D> *rigid = nullptr;
   const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]
-  /// Velocities in the step before; NaN if there was none [length/time].
+  /// Velocities in the previous step; NaN if there was none [length/time].
   const Vec<D> *body_velocity_before = nullptr;
   std::int64_t point_total = 0;    ///< deformable points of all ranks
   bool shares_grid;                ///< there are other ranks
@@ -198,7 +200,8 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     return contacts_at(body, n) >> 4 * axis & 15;
   }
-  /// Stores a body's only contact at a node: components a with holds(a), and its weight.
+  /// Stores the only contact of a body at a node: the components a for which holds(a) is true, and
+  /// the weight of the contact.
   template <class Holds>
   RVE_HD void mark_contacts(int body, int n, int weight, const Holds &holds) const
   {
@@ -220,8 +223,8 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     return divides_nodes && (this->parts[n] >> 8 * axis & 255) != 0;
   }
-  /// Weight of a contact that covers all sectors around a node: the number of sectors along its
-  /// face.
+  /// Weight of a contact that covers all sectors around a node: the number of these sectors
+  /// (shared_contacts.h).
   static constexpr int WHOLE_CONTACT = 1 << (D - 1);
   /// Ratio of the mass of a node to the part on which a contact with this weight acts.
   RVE_HD double division(int n, int axis, int weight) const

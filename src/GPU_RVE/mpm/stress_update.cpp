@@ -33,8 +33,8 @@ template <int D> void StressUpdate<D>::begin_step(const PointView<D> &points, in
   });
 }
 
-/// Lists the points of each law again if models or bodies of points have changed, which is rare. A
-/// law of several models has one list, at the index of the first model.
+/// Lists the points of each law again if models or bodies of points have changed, which is rare. If
+/// several models share a law, the law has one list, at the index of the first model.
 template <int D> void StressUpdate<D>::list_points()
 {
   const auto is_same = [&](const std::vector<int> &then, const int *now) {
@@ -52,7 +52,7 @@ template <int D> void StressUpdate<D>::list_points()
   points_of_.assign(laws_.size(), {});
   for (int p = 0; p < points_.count; ++p) {
     const int model = points_.model[p];
-    // passes over points report other models as errors later
+    // a later pass over points reports any other model as an error
     if (points_.rigid_body[p] < 0 && model >= 0 && model < num_laws())
       points_of_[first_of[model]].push_back(p);
   }

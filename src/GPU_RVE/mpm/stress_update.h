@@ -20,11 +20,12 @@ namespace mpm {
 ///   finish()                     before stresses are used, possibly in the next step
 template <int D> class StressUpdate {
  public:
-  /// Sets the laws to which PointView::model refers. A law may appear several times. Not owned.
+  /// Sets the laws to which PointView::model refers. A law may appear several times. The laws are
+  /// not owned.
   void set_laws(std::vector<Constitutive<D> *> laws);
   int num_laws() const { return static_cast<int>(laws_.size()); }
   Constitutive<D> &law(int model) const { return *laws_.at(model); }
-  /// Number of doubles that a row of MemoryRows must have.
+  /// Least number of doubles in a row of MemoryRows.
   int memory_width() const { return memory_width_; }
 
   /// Lists the points of each law. `points` is used until the end of the step.
@@ -42,8 +43,8 @@ template <int D> class StressUpdate {
   /// Begins an update over `dt` [time] by increments on the host, for laws that launch() has not
   /// launched. Returns true if finish() must wait for stresses.
   bool begin(const Tensor<D> *increment, double dt);
-  /// Returns rve::Request::needs_host() of the update on the device. Returns null if there is no
-  /// such update or points have several laws.
+  /// Returns rve::Request::needs_host() of the update on the device. Returns null if no update runs
+  /// on a device or if points have several laws.
   const std::int32_t *needs_host() const;
   /// Waits for all stresses and returns where they are; OnDevice if no update was under way.
   rve::StressesAre finish();

@@ -11,7 +11,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Prepares a call. Builds a list and estimates a force scale if the last call has left none.
+  /// Prepares a call. If the last call has left no valid list, a list is built. If it has left no
+  /// force scale, the force scale is estimated.
   template <class Block, class Config> struct CallBegin {
     using Item = typename Block::Item;
     using Real = typename Config::Real;
@@ -22,8 +23,8 @@ inline namespace RVE_ISA {
     using Progress = CallProgress<Config>;
     using Renewal = ListRenewal<Block, Config>;
 
-    /// Prepares a call, except for its plan. Its members header, drive, steering and batch must be
-    /// set before. One thread calls this function.
+    /// Sets the members of `call` except the entries of its plan. The members header, drive,
+    /// steering and batch must be set before. One thread calls this function.
     static RVE_INLINE void prepare(PreparedCall<Config> &call, char *device_state,
                                    int pair_capacity)
     {
@@ -92,16 +93,16 @@ inline namespace RVE_ISA {
       shared.radius[num_grains] = kRadiusWithoutContact<Config>;
     }
 
-    /// Returns whether the first steps may read the grains from the stored state. This requires
-    /// that no other code reads the grains before the steps.
+    /// Returns whether the first steps can read the grains directly from the stored state. This
+    /// requires that no other code reads the grains before the steps.
     static RVE_INLINE bool is_direct(const CallState<Config> &call)
     {
       return Block::kInRegisters && !call.fatal() && call.plan_last > 0 &&
           call.drive.substeps > 0 && !call.batch.track_energy;
     }
 
-    /// Converts the stored state to internal units, for a call that is not direct. prepare() and
-    /// set_views() must have run; `shared` is one of the views.
+    /// Converts the stored state to internal units, for a call for which is_direct() is false.
+    /// prepare() and set_views() must have run; `shared` is one of the views.
     static RVE_INLINE void begin(Block &block, CallState<Config> &call,
                                  const SharedView<Config> &shared)
     {
@@ -141,8 +142,9 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// Builds the list and estimates the force scale, each only if the last call has not left it.
-    /// `from` has the pairs if there is a list.
+    /// Builds the list if there is no valid one, and estimates the force scale if the last call has
+    /// left none. `from` has the stored pairs if the stored list is valid. Otherwise it is
+    /// call.pairs, where the new list is built.
     static RVE_COLD void find_list_and_scale(Block block, CallState<Config> &call,
                                              PairView<Config> from)
     {

@@ -51,7 +51,7 @@ inline namespace RVE_ISA {
       const SharedView<Config> &shared = call.shared;
       const Real limiting =
           static_cast<Real>(ForceUnits<Block, Config>::force_at_overlap_limit(call));
-      // If no normal dashpot acts and only normal forces count, the largest force is that of a
+      // If no normal dashpot acts and only normal forces count, the largest force is the force of a
       // normal spring.
       const bool springs_only = !Config::Law::has_normal_dashpot(call.header.material) &&
           !(Config::has_bookkeeping && call.header.all_forces_count);
@@ -85,8 +85,8 @@ inline namespace RVE_ISA {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
             offsetof(StateProgress<Config::D>, largest_contact_force) / sizeof(std::int64_t);
-        // An evaluation sets the force scale only if there is none yet, since it must not change
-        // later calls.
+        // An evaluation, that is a call without steps, must not change later calls. It sets the
+        // force scale only if there is none yet.
         if (part != of_largest_force)
           copy_word<std::int64_t>(
               call.after, *static_cast<StateProgress<Config::D> *>(call.device_state.header), part);

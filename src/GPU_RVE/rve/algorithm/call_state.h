@@ -23,14 +23,14 @@ inline namespace RVE_ISA {
 
   /// Internal units and numbers that depend on them.
   struct CallUnits {
-    double length, per_length;    ///< internal length [length] and its reciprocal
-    /// Internal force [force] and its reciprocal; an internal force is 1 in the integer sums.
+    double length, per_length;    ///< unit of length [length] and its reciprocal
+    /// Unit of force [force] and its reciprocal. One unit of force is 1 in the integer sums.
     double force, per_force;
-    double force_limit;      ///< forces above it may make sums overflow [internal force]
-    double contact_force;    ///< units of 64-bit sums per internal unit of |f| or energy
+    double force_limit;      ///< forces above it can make sums overflow [internal force]
+    double contact_force;    ///< factor from internal |f| or energy to 64-bit sums
 
-    /// Returns the exponent of a power of two that is above the branch of any contact [length];
-    /// lever arms are below half of this length.
+    /// Returns n such that the length 2^n is above the branch of any contact. Lever arms are then
+    /// below 2^n / 2.
     static RVE_INLINE int length_bits(double contact_range)
     {
       return floor_log2(contact_range) + 1;
@@ -38,9 +38,9 @@ inline namespace RVE_ISA {
 
     /// Chooses the force unit and the force limit so that sums of contact forces up to the limit do
     /// not wrap: a sum has at most 2^neighbor_bits contacts, since no more grains fit around the
-    /// largest one. The largest expected force is a factor of 2 to 8 below the limit. `obliquity`
-    /// bounds the contribution of a contact to a sum, divided by the force that counts. This force
-    /// is the normal force, or the largest of all forces of the contact.
+    /// largest one. The limit is 2 to 8 times the largest expected force. A contact adds at most
+    /// `obliquity` times the force that counts to a sum. The force that counts is the normal force,
+    /// or the largest of all forces of the contact (StateHeader::all_forces_count).
     RVE_INLINE void choose_force(int sum_bits, int neighbor_bits, double largest_contact_force,
                                  double obliquity, double inverse_obliquity)
     {
@@ -63,15 +63,15 @@ inline namespace RVE_ISA {
     return 2.0 * header.largest_radius + Config::Law::reach(header.material);
   }
 
-  /// Cell in a step.
+  /// Matrices of the cell in a step.
   template <class Numbers, int D> struct CellOfStep {
     Tensor<typename Numbers::Wide, D> to_length;      ///< fraction units to internal lengths
     Tensor<typename Numbers::Wide, D> to_fraction;    ///< velocity to fraction units in a step
     Tensor<typename Numbers::Real, D> gradient;       ///< L [1/time]
   };
 
-  /// Cell in a step with an additional matrix from 32-bit fraction units to internal lengths, for
-  /// formats whose fractions have more bits.
+  /// Matrices of the cell in a step, with an additional matrix from 32-bit fraction units to
+  /// internal lengths. Formats whose fractions have more bits need it.
   template <class Numbers, int D> struct LeadingCell : CellOfStep<Numbers, D> {
     Tensor<float, D> leading_to_length;
 
@@ -88,12 +88,12 @@ inline namespace RVE_ISA {
   /// Plan of one DEM step: the cell, and the limits of displacements beyond which a new list is
   /// needed.
   template <class Numbers, int D> struct alignas(16) StepPlan : LeadingCell<Numbers, D> {
-    /// Square of the allowed displacement since the list was built [internal length^2]. It is
-    /// negative, so that every displacement exceeds it, if the strain alone requires a new list or
-    /// if the lattice must be reduced.
+    /// Square of the allowed displacement since the list was built [internal length^2]. If the
+    /// strain alone requires a new list, or if the lattice must be reduced, it is negative, so that
+    /// every displacement exceeds it.
     float allowed_squared;
-    /// Half width of a box: a grain that moved less along each axis has not left the list [32-bit
-    /// fraction units].
+    /// Half width of a box in fractional coordinates [32-bit fraction units]. A grain whose
+    /// displacement along each axis is smaller has not moved farther than the list allows.
     std::uint32_t safe_box;
     double volume;    ///< det H [length^D]
   };
@@ -113,9 +113,9 @@ inline namespace RVE_ISA {
     double damping = 0.0, friction = 0.0, viscous = 0.0;
   };
 
-  /// State of a call at its begin, and its progress, without the memory of the block. A GPU
-  /// prepares it for all RVEs of a call in a separate kernel. The block that advances an RVE copies
-  /// it, except for unused plan entries.
+  /// State of a call at its beginning, and its progress. Views of the memory of a block are in
+  /// CallState. A GPU prepares this struct for all RVEs of a call in a separate kernel. The block
+  /// that advances an RVE copies the struct, except for unused plan entries.
   template <class Config> struct PreparedCall {
     StateHeader<Config::D> header;    ///< a copy
     DriveRecord<Config::D> drive;
@@ -127,15 +127,15 @@ inline namespace RVE_ISA {
     // The progress of the call follows.
     std::uint32_t status;
     std::int32_t num_extra, needed_pairs, num_rebuilds, num_reductions;
-    /// H of the current step with a servo, otherwise H at the start of the call.
+    /// With a servo, H of the current step. Otherwise H at the start of the call.
     Tensor<double, Config::D> cell;
     Tensor<double, Config::D> list_cell, deformation, servo_gradient;
     CellPath<Config::D> path;
     /// 1 / (det H times thickness) at the end of the call, or in the current step with a servo
     /// [1/length^3].
     double end_per_volume;
-    /// Changes by a successful call, except its largest force. With a servo or energy bookkeeping
-    /// they are known from the last step on.
+    /// Stored progress after a successful call, except its largest force. With a servo or energy
+    /// bookkeeping it is complete only after the last step.
     StateProgress<Config::D> after;
     double supplied;    ///< work of the mean field in this call [force length]
 
@@ -145,7 +145,8 @@ inline namespace RVE_ISA {
     /// dt/m of a grain of radius one, in internal units of force, length and velocity.
     double velocity_factor;
     double skin, expected_force;
-    /// Limit of the largest force on any grain: below it no grain has an error [internal force].
+    /// If the largest force on any grain is below this limit, no grain has an error [internal
+    /// force].
     float sound_force;
     typename Config::Law::Constants law;
     /// Coefficient of local damping; below zero for objective damping
@@ -192,8 +193,8 @@ inline namespace RVE_ISA {
 
   template <class Config> struct CallState : PreparedCall<Config> {
     /// Results of the last force evaluation that requested sums: the Love sums, and the largest
-    /// force that counted in the call [internal force]. The largest force is infinite if a number
-    /// of a grain is NaN.
+    /// force in the call among the forces that count (CallUnits::choose_force()) [internal force].
+    /// The largest force is infinite if a number of a grain is NaN.
     Reduction<StressSums<Config::D>::count> totals;
     Tensor<double, Config::D> list_inverse;    ///< inverse of list_cell, for a servo
     SharedView<Config> shared;

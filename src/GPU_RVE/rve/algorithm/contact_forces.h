@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Forces of all pairs of an RVE. Every pair is computed once, by its owner. ContactForces visits
-// the pairs and stores the sums for the next phase; pair_force.h computes one pair.
+// Forces of all pairs of an RVE. Every pair is computed once, by the one of its two grains that
+// owns it. ContactForces visits the pairs and stores the sums for the next phase; pair_force.h
+// computes one pair.
 
 #pragma once
 
@@ -17,7 +18,8 @@ inline namespace RVE_ISA {
 
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-  /// Returns the largest force on a grain, or infinity if a number of the grain is NaN.
+  /// Returns the largest force on a grain. If this force, the velocity or the spin of the grain is
+  /// NaN, the result is infinity.
   template <class Numbers, int D>
   RVE_INLINE float soundness(const GrainView<Numbers, D> &grain,
                              typename Numbers::Real largest_force)
@@ -118,8 +120,8 @@ inline namespace RVE_ISA {
     RVE_INLINE void reduce()
     {
       // If a thread takes its grains in turn, it has no registers for sums of 64 bits. The sums of
-      // two grains fit into 32 bits if all forces are within their limit; larger forces are
-      // reported.
+      // two grains fit into 32 bits if all forces are within their limit. Larger forces are
+      // reported as an error.
       constexpr bool adds_up = in_turn && kRelaxedSpheres<Config::D>;
       auto of_thread = Vec<typename Config::Sum, Config::components>::zero();
       const auto visit = [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {

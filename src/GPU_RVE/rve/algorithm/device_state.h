@@ -15,24 +15,25 @@ namespace rve {
 /// Capacities for the pairs of a grain or an RVE, by dimension.
 template <int D> struct PairCounts;
 template <> struct PairCounts<2> {
-  /// Largest number of pairs that one grain owns. A planar contact graph has at most three pairs
-  /// per grain on average. Pairs beyond the largest number are in the list of extra pairs.
+  /// Largest number of pairs that one grain owns. The owner of a pair computes it. A planar contact
+  /// graph has at most three pairs per grain on average. Further pairs of a grain are in the list
+  /// of extra pairs.
   static constexpr int owned = 3;
-  /// Initial capacities: listed pairs per grain of a block, and grains per extra pair of an RVE.
-  /// Both grow when needed.
+  /// Initial capacities: listed pairs per grain in the memory of a block, and grains per extra pair
+  /// in the state of an RVE. The capacities grow when needed.
   static constexpr int listed_at_first = 4, grains_per_extra_at_first = 16;
 };
 
 template <> struct PairCounts<3> {
-  /// With 1000 spheres and a skin of at most a tenth of their radius, nearly all pairs fit into the
-  /// slots. Five slots per grain would cost a tenth of the speed.
+  /// With 1000 spheres and a skin of at most a tenth of their radius, nearly all pairs fit into
+  /// four slots per grain. Five slots would cost a tenth of the speed.
   static constexpr int owned = 4;
   static constexpr int listed_at_first = 8, grains_per_extra_at_first = 8;
 };
 
-/// Default skin of the list, divided by the mean radius [-]. With it a quasi-static packing uses
-/// one list for hundreds of steps, and few of the listed pairs do not touch. Spheres have more
-/// listed pairs that do not touch, and their lists last longer.
+/// Default skin of the list, divided by the mean radius [-]. With this skin a quasi-static packing
+/// uses one list for hundreds of steps, and few of the listed pairs do not touch. With equal skins,
+/// spheres have more listed pairs that do not touch than disks, and their lists last longer.
 template <int D> constexpr double kDefaultSkinShare = D == 2 ? 0.1 : 0.05;
 
 /// Largest number of steps of a call that are planned before it begins.
@@ -44,7 +45,8 @@ template <int D> struct alignas(16) StateProgress {
   double deformation[Space<D>::components];    ///< F since the packing was made [-]
   double list_cell[Space<D>::components];      ///< H when the list was built
   double servo_velocity_gradient[Space<D>::components];
-  /// Largest normal force in the last call, which sets the force scale [force]
+  /// Largest force in the last call among the forces that count (all_forces_count). It sets the
+  /// force scale [force].
   double largest_contact_force;
   std::int32_t num_extra;     ///< number of extra pairs
   std::int32_t list_valid;    ///< 0: build the list before the first step
@@ -57,11 +59,12 @@ template <int D> struct StateHeader : StateProgress<D> {
   std::int32_t extra_capacity;
   MaterialNumbers material;
   double largest_radius, mean_radius, solid_volume;
-  /// Bound of the contribution of a contact to a sum, relative to the force that counts
-  /// (CallUnits::choose_force()), and its reciprocal.
+  /// A contact adds at most `obliquity` times the force that counts to a sum
+  /// (CallUnits::choose_force()). The other number is the reciprocal.
   double obliquity, inverse_obliquity;
   std::int32_t neighbor_bits;    ///< at most 2^neighbor_bits grains fit around the largest one
-  /// 0: only the normal force counts, and friction bounds the others
+  /// 0: only the normal force of a contact counts, since friction bounds the other forces.
+  /// Otherwise all forces count.
   std::int32_t all_forces_count;
 };
 
@@ -74,8 +77,8 @@ template <int D> struct alignas(16) DriveRecord {
 };
 
 /// Mode of a servo: a direction in the space of velocity gradients. The servo changes the amplitude
-/// of the mode until a weighted sum of stress components reaches its goal. The products a : b are
-/// sums over all components.
+/// of the mode until a weighted sum of stress components reaches its goal. a : b is the sum of a_ij
+/// b_ij over all components.
 template <int D> struct alignas(16) SteeredMode {
   double rate[Space<D>::components];    ///< velocity gradient of amplitude one [-]
   /// Weights such that dual : L is the amplitude of this mode in the velocity gradient L [-]. The
@@ -100,7 +103,8 @@ template <int D> struct alignas(16) SteeringRecord {
   std::int32_t controlled[Space<D>::components];
   double stress_goal[Space<D>::components], velocity_gradient[Space<D>::components];
   double servo_gain, servo_max_rate;
-  /// Modes at an address that the kernel reads, instead of controlled components; or null.
+  /// Modes of the servo, at an address that the kernel can read. They replace the controlled
+  /// components. Null if the servo has no modes.
   const SteeredModes<D> *modes;
 };
 
@@ -140,7 +144,7 @@ template <int D> struct DetailRecord {
 
 /// Constants that are the same for all RVEs of a call.
 struct BatchConstants {
-  double skin;                  ///< [length]; 0: a share of the mean radius
+  double skin;                  ///< [length]; 0: kDefaultSkinShare times mean radius
   double overlap_limit;         ///< overlap / smaller radius
   double velocity_arm;          ///< 1/2: contact point, 0: as LAMMPS
   std::int32_t track_energy;    ///< not 0: sum the energies of the header

@@ -68,8 +68,9 @@ inline namespace RVE_ISA {
 
   /// Adds the Love terms of one contact: the force on grain i times the branch from i to j
   /// (equation 24, tension positive). A term is no larger than the force, since a branch is no
-  /// longer than one internal length. Both grains give the same term, since both factors change
-  /// sign. A kinetic term is not needed: with c' = F/m the energy balance closes without it.
+  /// longer than one internal length. The term does not depend on which grain is i, since both
+  /// factors change sign if the grains are exchanged. A kinetic term is not needed: with c' = F/m
+  /// the energy balance closes without it.
   template <class Config>
   RVE_INLINE void add_love_term(const Truth<typename Config::Real> &acting,
                                 const Vec<typename Config::Real, Config::D> &force,

@@ -9,8 +9,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Smallest overlap over the mean radius for which the force scale is chosen. A packing with
-  /// smaller overlaps would be stiffer than any that a format can represent.
+  /// Smallest ratio of overlap to mean radius for which the force scale is chosen. A packing with
+  /// smaller overlaps would be too stiff for all formats.
   constexpr double kLeastOverlapShare = 1e-9;
 
   /// Returns the contact law in `double` and in units of the script.
@@ -34,8 +34,9 @@ inline namespace RVE_ISA {
     static RVE_INLINE void choose_units(PreparedCall<Config> &call)
     {
       const StateHeader<Config::D> &header = call.header;
-      // The last call may have ended at the first touch of a collision. If the unit were chosen for
-      // that small force, the repeats of a call would not suffice for the collision.
+      // The last call can have ended at the first touch of a collision. If the unit were chosen for
+      // the small force of this touch, the allowed repeats of a call would not reach the unit that
+      // the collision needs.
       const double radius = header.mean_radius;
       const double least = law_of_script<Config>(call)
                                .stiffness({kGasOverlapShare * radius, radius, radius})
@@ -93,8 +94,8 @@ inline namespace RVE_ISA {
     }
 
     /// Returns the spring force of two of the largest grains at the overlap limit [internal force].
-    /// A larger spring force means that any two grains exceed the overlap limit. All other overlaps
-    /// are checked at the end of a call.
+    /// Two grains of any size with a larger spring force exceed the overlap limit. At smaller
+    /// spring forces the overlaps themselves are checked, at the end of a call.
     static RVE_INLINE double force_at_overlap_limit(const PreparedCall<Config> &call)
     {
       const double largest = call.header.largest_radius;
@@ -103,7 +104,7 @@ inline namespace RVE_ISA {
     }
 
     /// Returns whether a force of this call was beyond the range of the sums, so that all results
-    /// are wrong. The grains are in memory.
+    /// are wrong. The grains must be in memory.
     static RVE_INLINE bool is_saturated(Block &block, const CallState<Config> &call)
     {
       const Real limit = static_cast<Real>(call.units.force_limit);

@@ -240,7 +240,7 @@ inline namespace RVE_ISA {
     using Traits = KernelTraits<Block, Config>;
     using Sums = Vec<typename Config::Sum, Config::freedoms>;
     using History = typename Config::History;
-    /// Data of a grain that other grains read. For disks a thread also has a copy.
+    /// Data of a grain that other grains read. For disks the thread of the grain also has a copy.
     template <class T, class Array>
     using Seen = std::conditional_t<Config::D == 2, Resident<T>, ItemsInArray<T, Array>>;
     template <class T, class Array> static RVE_INLINE Seen<T, Array> seen(Block &block, Array array)
@@ -287,7 +287,8 @@ inline namespace RVE_ISA {
 
     // ---- loads and saves ------------------------------------------------------------------------
 
-    /// Loads all data but `own`, which is not kept from one segment of steps to the next.
+    /// Loads all data except the forces `own`, which are not kept from one segment of steps to the
+    /// next.
     RVE_INLINE void load(const SharedView<Config> &shared, Item i)
     {
       load_itself(i);
@@ -334,7 +335,7 @@ inline namespace RVE_ISA {
       set_response(shared, i, GrainResponseOf<Config>());
     }
 
-    /// Saves all data but `own`; published data are saved already.
+    /// Saves all data except the forces `own`. Published data are saved already.
     RVE_INLINE void save(Item i)
     {
       save_itself(i);
@@ -408,12 +409,12 @@ inline namespace RVE_ISA {
     }
 
     /// Calls act(k, here, other, geometry(here, other)) for each slot k of grain i. `other` is the
-    /// partner, from view(k), and `here` are the constants of the step, from step(). Disks in
-    /// registers call step() once, other grains once per pair. Constants that are read once occupy
-    /// registers; constants that are read inside the branch for touching pairs delay these pairs.
-    /// The last slot is skipped if is_taken(slot) is false: ListRenewal numbers disks so that whole
-    /// warps have a free last slot. Other slots are rarely free, and the test would cost more than
-    /// it saves.
+    /// partner, from view(k), and `here` are the constants of the step, from step(). step() is
+    /// called once for a disk in registers, and once per pair for other grains. Constants that are
+    /// read once occupy registers. Constants that are read inside the branch for touching pairs
+    /// delay these pairs. The last slot is skipped if is_taken(slot) is false: ListRenewal numbers
+    /// disks so that whole warps have a free last slot. Other slots are rarely free, and the test
+    /// would cost more than it saves.
     template <class Step, class View, class Geometry, class Act, class IsTaken>
     RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act,
                               IsTaken is_taken)
@@ -444,7 +445,7 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Calls f(part) for the parts of an item that are computed at once.
+    /// Calls f(part) for each part of an item that is computed at once. A single grain is one part.
     template <class F> RVE_INLINE void for_parts(Item i, F f) { f(i); }
 
     /// Calls f(i) for each grain of an item with a number below `end`.

@@ -43,7 +43,8 @@ inline namespace RVE_ISA {
   };
 
   /// Updates velocity and spin by the force and torque on a grain (leapfrog). Turns is true if the
-  /// law has torques. A negative `alpha` selects objective damping, which only spheres may have.
+  /// law has torques. A negative `alpha` selects objective damping, which is available only for
+  /// spheres.
   template <bool Turns, class Numbers, int D>
   RVE_INLINE Kick<Numbers, D>
   kick_grain(GrainView<Numbers, D> &grain,
@@ -93,7 +94,7 @@ inline namespace RVE_ISA {
   }
 
   /// Returns whether a grain is in the safe box (StepPlan) around its position when the list was
-  /// built. Inside the box no grain has left the list.
+  /// built. A grain in the box has not moved farther than the list allows.
   template <class Numbers, int D>
   RVE_INLINE bool is_in_safe_box(const MoveConstants<Numbers, D> &step,
                                  const Motion<Numbers, D> &motion,

@@ -30,12 +30,13 @@ inline namespace RVE_ISA {
 
   /// Unit of the sums of an affine stiffness.
   ///
-  /// The unit is 2^-40 K L^2. K is the power of two above k_n and k_t at the full overlap of the
-  /// largest grains. L is the internal length, which is above all branches and overlaps. A term is
-  /// below 3 K L^2 + 2 |f_t| L. Forces are limited to 8 K L, which would stretch a spring by more
-  /// than four of the largest grains. A term is then below 2^5 K L^2, and 2^17 terms stay within 62
-  /// bits. The unit does not depend on forces, so that the bits of the result depend only on the
-  /// configuration, and not on the force unit of a call.
+  /// The unit is 2^-40 K L^2. K is the power of two above k_n and k_t of two of the largest grains
+  /// whose overlap is their diameter. L is the internal length, which is above all branches and
+  /// overlaps. A term is below 3 K L^2 + 2 |f_t| L. Forces are limited to 8 K L. For such a force a
+  /// spring would be stretched by more than four diameters of the largest grain. A term is then
+  /// below 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit does not depend on forces. The
+  /// bits of the result therefore depend only on the configuration, and not on the force unit of a
+  /// call.
   struct StiffnessUnit {
     double per_unit, largest_force;
 
@@ -175,8 +176,8 @@ inline namespace RVE_ISA {
     ((C / D <= C % D ? f(C - C / D * (C / D + 1) / 2, C / D, C % D) : void()), ...);
   }
 
-  /// Calls f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. It has no
-  /// loop, so that indexed numbers can be in registers.
+  /// Calls f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. The
+  /// function has no loop, so that numbers with the indices m, a and b can be in registers.
   template <int D, class F> RVE_INLINE void for_strains(F f)
   {
     for_strains_among<D>(f, std::make_index_sequence<Space<D>::components>());
@@ -200,8 +201,9 @@ inline namespace RVE_ISA {
     /// Unit of fabric and overlap terms, which are at most 1
     static constexpr double kUnit = 0x1p40;
 
-    /// Returns the sums over contacts. It stores the largest force and overlap / sum of radii of
-    /// each grain in work.scratch, and the number of contacts of each grain in work.contact_count.
+    /// Returns the sums over contacts. For each grain it stores the largest force and the largest
+    /// ratio of overlap to sum of radii in work.scratch, both over the contacts that the grain
+    /// visits. The number of contacts of each grain is stored in work.contact_count.
     static RVE_INLINE IntegerSums<kNumSums>
     sum_contacts(Block &block, const CallState<Config> &call, const StepConstants<Config> &step)
     {

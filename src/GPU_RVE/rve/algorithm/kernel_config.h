@@ -10,11 +10,11 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Functions of a kernel in addition to steps along a path.
+  /// Functions of a kernel in addition to DEM steps along a path of the cell.
   enum class Bookkept {
     None,
     Servo,
-    All    ///< servo, energy bookkeeping, force unit by all forces, bound of the time step
+    All    ///< servo, energy bookkeeping, force unit from all forces, bound of the time step
   };
 
   /// Kernel configuration: a contact law in a number format, and the functions of the kernel.

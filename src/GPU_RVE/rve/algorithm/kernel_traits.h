@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Compile-time choices that fit a kernel to the registers of its threads, by block and kernel
-// configuration. Except for kRelaxedSpheres they change the speed only. "Gain" is the increase of
-// steps per second on an NVIDIA H200 with CUDA 13.0 (doc/src/performance.rst), unless a line names
-// other numbers. Numbers of instructions are from NVRTC 13.0.
+// configuration. Except for kRelaxedSpheres they change only the speed. "Gain" is the increase of
+// steps per second on an NVIDIA H200 with CUDA 13.0 (doc/src/dev_gpu_kernels.rst), unless a line
+// names other quantities. Numbers of instructions are from NVRTC 13.0.
 
 #pragma once
 

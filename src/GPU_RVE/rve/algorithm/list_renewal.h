@@ -58,15 +58,15 @@ inline namespace RVE_ISA {
       double smallest = width[0];
       for (int a = 1; a < Config::D; ++a) smallest = width[a] < smallest ? width[a] : smallest;
       call.list_cell = cell;
-      // The wrapped difference is the nearest image only up to half of the smallest width. A NaN
-      // also fails this test.
+      // The wrapped difference of two positions gives the nearest image only up to a distance of
+      // half the smallest width. A NaN also fails this test.
       call.list_fits = 0.5 * smallest > range + call.skin;
       if (call.list_fits)
         call.list_grid = SearchGrid<Config::D>(width, range + call.skin, call.work.cell_capacity);
     }
 
-    /// Builds the list of the current positions in the cell of set_out() into call.pairs. Contact
-    /// histories come from the pairs `old`.
+    /// Builds the list for the current positions and the cell that set_out() has set, and writes it
+    /// to call.pairs. Contact histories are copied from the pairs `old`.
     static RVE_COLD void rebuild(Block block, CallState<Config> &call, PairView<Config> old)
     {
       const int n = call.num_grains;
@@ -122,8 +122,8 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Returns the workspace to build the list in, with arrays on chip where possible. They overlap
-    /// the sums of forces, which must be cleared afterwards.
+    /// Returns the workspace to build the list in, with arrays on chip where possible. These arrays
+    /// overwrite the sums of forces, which must be cleared afterwards.
     static RVE_INLINE WorkspaceView<Config> workspace_of(CallState<Config> &call,
                                                          const SharedView<Config> &shared)
     {
@@ -132,8 +132,8 @@ inline namespace RVE_ISA {
       return work;
     }
 
-    /// Reduces the lattice and sets the cell of step k again. It is not needed if the plan of the
-    /// step allows displacements.
+    /// Reduces the lattice and sets the cell of step k again. No reduction is needed if the plan of
+    /// the step allows displacements, that is if its allowed_squared is not negative.
     static RVE_COLD void reduce_lattice(Block block, CallState<Config> &call, int k)
     {
       const SeenMotions<Config> motion = at_known_addresses<Block>(call.shared).motion;
@@ -156,13 +156,13 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Renumbers the grains: disks that own the most pairs come first, and spheres with the most
-    /// touching pairs. The threads of a warp, or the lanes of a pack, then skip the same slots
-    /// together. This saves a quarter of all evaluations of slots for spheres, and a sixth for
-    /// disks. Disks with the same number of pairs are numbered row by row of the search grid, so
-    /// that neighbouring threads still read neighbouring grains after many lists. The new numbers
-    /// are in work.proposal; the pairs are not moved yet. The stored state keeps its order until
-    /// the call ends successfully.
+    /// Renumbers the grains. Disks that own the most pairs come first. Spheres with the most
+    /// touching pairs come first. The threads of a warp, or the lanes of a pack, then skip the same
+    /// slots together. This saves a quarter of all evaluations of slots for spheres, and a sixth
+    /// for disks. Disks with the same number of pairs are numbered row by row of the search grid,
+    /// so that neighbouring threads still read neighbouring grains after many lists. The new
+    /// numbers are in work.proposal; the pairs are not moved yet. The stored state keeps its order
+    /// until the call ends successfully.
     static RVE_INLINE void order_grains(Block &block, CallState<Config> &call,
                                         const SharedView<Config> &shared,
                                         const WorkspaceView<Config> &work)

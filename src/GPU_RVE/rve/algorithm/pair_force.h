@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Computes one pair of grains in a step: the force, the new history and the contributions to the
-// sums of the grains, from both grains and the history. The functions take numbers or packs of
-// numbers.
+// Computes one pair of grains in a step. From the two grains and the history of the pair it
+// computes the force, the new history and the contributions to the sums of both grains. The
+// functions take numbers or packs of numbers.
 //
 //   pair_geometry    geometry of the two grains
 //   pair_force       normal force, tangential force and torques: evaluate() of physics/laws
 //   store_history    stores the part of the history that steps read
-//   add_pair         all of this for a pair, in order
+//   add_pair         calls the other functions and adds the force to the sums of both grains
 
 #pragma once
 

@@ -4,9 +4,9 @@
 // Every pair is computed once, by one of its two grains. A grain with many pairs would keep its
 // thread busy while the others wait. Ownership is therefore passed on until (nearly) no grain owns
 // more than Config::owned_pairs; the remaining pairs form the list of extra pairs. The motion does
-// not depend on the owners: forces are summed as integers, and a contact is the same from both
-// sides. The procedure is deterministic: a grain with several offers accepts the offer of the grain
-// with the lowest index.
+// not depend on the owners: forces are summed as integers, and the force of a contact has the same
+// bits whichever grain owns the pair. The procedure is deterministic: a grain with several offers
+// accepts the offer of the grain with the lowest index.
 
 #pragma once
 
@@ -22,8 +22,7 @@ inline namespace RVE_ISA {
   }
 
   /// Returns whether i is the first owner of its pair with j, if the grid does not order the two
-  /// grains. The first owner is the grain from which the cyclic distance ahead to the other grain
-  /// is shorter.
+  /// grains. The first owner is the grain from which ahead() to the other grain is smaller.
   RVE_INLINE bool owns_first(int i, int j, int n)
   {
     const int there = 2 * ahead(i, j, n);
@@ -39,7 +38,8 @@ inline namespace RVE_ISA {
   /// Rows of all grains: grain i has work.count[i].in_row() partners.
   struct PairRows {
     std::int32_t *partner;
-    /// (N) index of a grain's first partner; null: the index of the grain itself
+    /// (N) Index of the first partner of a grain. If null, the first partner of grain i has index
+    /// i.
     const std::int32_t *start;
     int stride;
     RVE_INLINE PairRow of(int i) const { return {partner + (start ? start[i] : i), stride}; }
@@ -71,8 +71,8 @@ inline namespace RVE_ISA {
     const PairRow row = rows.of(i);
     Offer best{-1, -1};
     int best_load = Config::owned_pairs + 1;
-    // Several partners are read at once, without a branch: all other threads wait, and the reads
-    // have a high latency.
+    // Several partners are read at once, without a branch: all other threads wait for this one, and
+    // the reads have a high latency.
     constexpr int together = 2 * Config::owned_pairs;
     int which = round < count || count == 0 ? round : round % count;
     for (int m = 0; m < count; m += together) {

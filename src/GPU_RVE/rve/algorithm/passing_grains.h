@@ -5,7 +5,8 @@
 // data are therefore kept small:
 //
 //   - all forces on a grain are added up in one array
-//   - a sphere has two records; for a partner that does not touch only the first one is read
+//   - a sphere has two records, of which only the first one is read for a partner that does not
+//     touch
 //   - the radius of a partner is read from its record
 //   - a history that is zero is neither read nor written
 //   - each number of a history has its own row, so that a warp reads whole cache lines
@@ -109,7 +110,7 @@ inline namespace RVE_ISA {
     SpheresInParts<Numbers> sphere;
     PassingPairs<Config> pairs;
     Real *largest_of_grain;
-    /// Largest force on any grain of a thread; no code needs that of a single grain
+    /// Largest force on any grain of a thread. No code needs the largest force on a single grain.
     Real largest;
 
    public:
@@ -182,8 +183,8 @@ inline namespace RVE_ISA {
     RVE_INLINE void keep_largest(Item, Real force) { largest = force; }
 
     /// Visits the slots as in GrainItems. A history is read while the previous pair is computed.
-    /// Partners are not read ahead: reading partners that do not touch costs more than the latency
-    /// (measured on an H200).
+    /// Partners are not read ahead: the reads of partners that do not touch would take more time
+    /// than they save (measured on an H200).
     template <class Step, class View, class Geometry, class Act, class IsTaken>
     RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act, IsTaken)
     {

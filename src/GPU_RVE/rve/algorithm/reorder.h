@@ -9,7 +9,7 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Sets array[index_of(item)] = array[item] for n items and all arrays, in two phases. `memory`
-  /// has space for all arrays, one after the other, those with the strictest alignment first.
+  /// has space for all arrays, one after the other. Arrays with stricter alignment must come first.
   template <class Block, class IndexOf, class... T>
   RVE_INLINE void reorder(Block &block, int n, IndexOf index_of, void *memory, T *...array)
   {

@@ -8,9 +8,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Rotates the stored state of an RVE: cell, deformation and velocities, in space also spins and
-  /// contact histories. A rotation does not change the fractional coordinates and the list. In the
-  /// plane it does not change spins and contact histories either.
+  /// Rotates the stored state of an RVE: cell, deformation, velocities and the velocity gradient of
+  /// a servo, in space also spins and contact histories. A rotation does not change the fractional
+  /// coordinates and the list. In the plane it does not change spins and contact histories either.
   template <class Block, class Config>
   RVE_INLINE void turn_rigidly(Block &block, const DeviceStateView<Config> &device_state,
                                const Tensor<double, Config::D> &rotation)

@@ -18,8 +18,8 @@ inline namespace RVE_ISA {
     int count[D];
 
     SearchGrid() = default;
-    /// Chooses the numbers of cells for a periodic cell with perpendicular widths `width`, with at
-    /// most `capacity` cells in all.
+    /// Chooses the numbers of grid cells along the axes for a periodic cell with perpendicular
+    /// widths `width`. The grid has at most `capacity` cells.
     RVE_INLINE SearchGrid(const Vec<double, D> &width, double cutoff, int capacity)
     {
       for (int a = 0; a < D; ++a) {
@@ -71,11 +71,11 @@ inline namespace RVE_ISA {
       return wide;
     }
 
-    /// Calls visit(layer, first, count, own) for each row of cells that may have neighbours of a
-    /// point. The row begins with cell `layer`; its cells to visit are `count` cells from `first`
-    /// on, cyclically. With `ahead`, which requires has_sides(), only the cell of the point and
-    /// cells ahead of it are visited. The first cell of the first row is then the cell of the
-    /// point, and `own` is true for this row only.
+    /// Calls visit(layer, first, count, own) for each row of cells that can contain neighbours of a
+    /// point. The row begins with the cell of index `layer`. `count` of its cells are to be
+    /// visited, from cell `first` of the row on, cyclically. With `ahead`, which requires
+    /// has_sides(), only the cell of the point and cells ahead of it are visited. The first cell of
+    /// the first row is then the cell of the point, and `own` is true for this row only.
     template <class Coordinate, class Visit>
     RVE_INLINE void rows_around(const Vec<Coordinate, D> &point, bool ahead, Visit visit) const
     {

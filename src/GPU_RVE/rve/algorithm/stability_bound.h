@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Lower bound of the stable time step of an RVE, computed in the kernel. It is a few percent below
-// stable_time_step() (engine/stability.h), so that thousands of RVEs can be checked and few need
-// the exact result.
+// Lower bound of the stable time step of an RVE, computed in the kernel. The bound is a few percent
+// below stable_time_step() (engine/stability.h). It is cheap enough to check thousands of RVEs, of
+// which few then need the exact result.
 //
-// In the plane, u_i are the three coordinates of grain i, scaled by the roots of the masses. A
-// contact couples u_i and u_j by a 3x3 matrix C, and
+// In the plane, the vector u_i has the two displacements and the rotation of grain i, scaled by the
+// roots of the masses. A contact couples u_i and u_j by a 3x3 matrix C, and
 //     2 u_i.C u_j <= g u_i.|C| u_i + (1/g) u_j.|C^T| u_j,    |C| = (C C^T)^1/2, for any g > 0.
 // M^-1/2 K M^-1/2, with masses M and stiffness K, is therefore below a matrix with one 3x3 block
 // per grain. The largest eigenvalue of the blocks is a bound for any weights w of the grains, where
@@ -12,15 +12,16 @@
 // contact exactly. In the following sweeps, grains with larger eigenvalues get larger weights, so
 // that their partners carry larger shares of their contacts. Each sweep gives a bound. After some
 // sweeps all grains of the fastest mode have the same eigenvalue, the eigenvalue of the mode. The
-// bound stays above it where contacts form odd rings, since the inequality assumes signs of the
-// motion that are impossible there.
+// bound stays above the eigenvalue of the mode where contacts form odd rings, since the inequality
+// assumes signs of the motion that are impossible there.
 //
 // In space there are no weights. The energy of a contact is at most twice the sum of two energies:
-// in each of them only one of its grains moves. The largest eigenvalue of the network is therefore
-// at most twice the largest eigenvalue of a grain that moves alone. Such a grain has a block T for
-// its translation and a block R for its rotation. Its eigenvalue is at most the sum of the largest
-// eigenvalues of T and R; for a single contact it is exactly this sum. The largest eigenvalue of a
-// symmetric 3x3 matrix A is at most q + 2 p with q = tr(A)/3 and p^2 = tr((A - q I)^2)/6.
+// its energy if only the first grain moves, and its energy if only the second grain moves. The
+// largest eigenvalue of the network is therefore at most twice the largest eigenvalue of a grain
+// that moves alone. Such a grain has a block T for its translation and a block R for its rotation.
+// Its eigenvalue is at most the sum of the largest eigenvalues of T and R; for a single contact it
+// is exactly this sum. The largest eigenvalue of a symmetric 3x3 matrix A is at most q + 2 p with q
+// = tr(A)/3 and p^2 = tr((A - q I)^2)/6.
 
 #pragma once
 
@@ -77,7 +78,7 @@ inline namespace RVE_ISA {
   };
 
   /// Bound of the largest eigenvalue of M^-1 K, for the contacts of the RVE and for one contact
-  /// that may form. K is the matrix of the springs or of the dashpots (`kind`). The unit of the
+  /// that can form. K is the matrix of the springs or of the dashpots (`kind`). The unit of the
   /// bound is `largest` divided by the mass of a grain whose radius is one internal length.
   /// `largest` is at least as large as any modulus of K.
   template <class Block, class Config> struct EigenvalueBound {
@@ -101,8 +102,8 @@ inline namespace RVE_ISA {
 
     RVE_INLINE double radius(int i) const { return static_cast<double>(call.shared.radius[i]); }
 
-    /// Returns the overlap of a contact that may form at any time [internal length]: that of the
-    /// deepest contact, or the estimate for a packing without contacts.
+    /// Returns the assumed overlap of a contact that can form at any time [internal length]. It is
+    /// the overlap of the deepest contact, or the estimate for a packing without contacts.
     RVE_INLINE double coming_overlap() const
     {
       if constexpr (Config::Law::has_constant_moduli) return 0.0;
@@ -141,8 +142,7 @@ inline namespace RVE_ISA {
       // More sweeps gain little: in dense and loose packings the time step is three percent below
       // the exact result after six sweeps, and one percent after 16.
       constexpr int kSweeps = 16;
-      // In a change of weights, smaller ratios of an eigenvalue to the largest one are raised to
-      // this ratio.
+      // Lower limit of the ratio of an eigenvalue to the largest one in a change of weights.
       constexpr double kLeastShare = 0.05;
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
@@ -167,7 +167,7 @@ inline namespace RVE_ISA {
     }
 
     /// Returns the bound for a contact between the two lightest grains, and for the lightest grain
-    /// that rolls on any other. arrays.value has 1/r^2.
+    /// that rolls on any other. arrays.value must contain 1/r^2.
     RVE_INLINE double of_lightest_disks() const
     {
       const int n = call.num_grains;
@@ -203,7 +203,7 @@ inline namespace RVE_ISA {
       return block.max_array(n, arrays.value);
     }
 
-    /// 256 terms below 2^18 stay below the 2^55 units of a sum.
+    /// The sum of 256 terms below 2^18 is below 2^55 units, the range of a sum.
     static constexpr double kDiskUnit = 0x1p-29, kLargestRatio = 0x1p14;
 
     template <class Real>
@@ -216,8 +216,9 @@ inline namespace RVE_ISA {
       const double overlap = static_cast<double>(contact.overlap);
       const int grain[2] = {first, second};
       const double r[2] = {radius(first), radius(second)};
-      // Factors of a grain's rotation, whose mass is m/2, in the displacement along the contact
-      // (arm) and in the rolling displacement (share).
+      // Factors of the rotation of a grain in the displacement along the contact (arm) and in the
+      // rolling displacement (share). Both contain the root of 2, since the mass of the rotation is
+      // m/2.
       double arm[2], share[2];
       for (int side = 0; side < 2; ++side) {
         arm[side] = kRoot2 * (1.0 - 0.5 * (overlap / r[side]));
@@ -287,13 +288,13 @@ inline namespace RVE_ISA {
       return larger(block.max_array(n, arrays.value), of_pair);
     }
 
-    /// Returns 1/m relative to that of a grain of radius one.
+    /// Returns the mass of a grain of radius one divided by the mass of a grain of radius r.
     static RVE_INLINE double inverse_mass(double r) { return 1.0 / times_power<Config::D>(1.0, r); }
 
     /// Returns the bound for a contact of two of the lightest grains: for motion along the normal,
     /// and for tangential motion with lever arms of one radius. Rolling is fastest on a large
-    /// partner, where only the light grain rotates. Twisting has the angles of both grains. The
-    /// function also clears the sums.
+    /// partner, where only the light grain rotates. In twisting both grains rotate. The function
+    /// also clears the sums.
     RVE_INLINE double of_lightest_spheres() const
     {
       const int n = call.num_grains;
@@ -340,8 +341,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Returns the bound of the largest eigenvalue. In the plane it need not be sharp below
-  /// `sufficient`.
+  /// Returns the bound of the largest eigenvalue. In the plane the bound is not improved further
+  /// once it is below `sufficient`.
   template <class Block, class Config>
   RVE_COLD double bound_eigenvalue(Block block, const CallState<Config> &call, int step_number,
                                    ModuliKind kind, double largest, BoundArrays arrays,
@@ -361,8 +362,8 @@ inline namespace RVE_ISA {
       return bound.in_space();
   }
 
-  /// Stores a lower bound of the stable time step as the first number of detail.stiffness. It need
-  /// not be sharp above the dt of the prescribed motion.
+  /// Stores a lower bound of the stable time step as the first number of detail.stiffness. In the
+  /// plane the bound is not improved further once it is above the dt of the prescribed motion.
   template <class Block, class Config>
   RVE_COLD void bound_time_step(Block block, const CallState<Config> &call, int step_number,
                                 DetailRecord<Config::D> &detail)
@@ -379,7 +380,8 @@ inline namespace RVE_ISA {
     // The margin covers the rounding of directions to the number format.
     constexpr double kMargin = 1.0 + 1e-5;
     const auto eigenvalue = [&](ModuliKind kind, double sufficient) {
-      // Moduli grow with overlaps and radii.
+      // Moduli grow with overlaps and radii, so that the largest one belongs to two of the largest
+      // grains whose overlap is their diameter.
       const double radius = header.largest_radius;
       const double largest =
           moduli_at(law_of_script(call), kind, 1.0, {2.0 * radius, radius, radius}).largest();
@@ -389,7 +391,8 @@ inline namespace RVE_ISA {
           bound_eigenvalue(block, call, step_number, kind, largest, arrays, sufficient / unit);
     };
     const double dashpot_rate = eigenvalue(ModuliKind::Dashpots, 0.0);
-    // A step `enough` is stable if 4/enough >= b + sqrt(b^2 + 4 gain w^2).
+    // By leapfrog_bound(), a step `enough` is stable if 4/enough >= b + sqrt(b^2 + 4 gain w^2),
+    // with w^2 = frequency_squared.
     const double rate = 4.0 / enough, b = gain * dashpot_rate;
     const double sufficient = rate > b ? rate * (rate - 2.0 * b) / (4.0 * gain) : 0.0;
     const double frequency_squared = eigenvalue(ModuliKind::Springs, sufficient);

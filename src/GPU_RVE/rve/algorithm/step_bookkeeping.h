@@ -39,7 +39,8 @@ inline namespace RVE_ISA {
     }
     RVE_INLINE bool is_wanted() const { return has_servo || tracks_energy; }
 
-    /// Plans step k, whose cell is known, and adds the first half of its work.
+    /// Plans step k, whose cell is known. With energy bookkeeping it adds the first half of the
+    /// work of the step.
     RVE_INLINE void begin_step(int k) const
     {
       if (has_servo) {
@@ -59,9 +60,9 @@ inline namespace RVE_ISA {
       if (has_servo) steer();
     }
 
-    /// Prepares the forces of the configuration before the first step, since the work of the first
-    /// half of a step depends on the stress before it. These forces write their Love sums to
-    /// call.totals; all other data must stay as they were.
+    /// Prepares the force evaluation of the configuration before the first step. The first half of
+    /// the work of a step depends on the stress before the step. The evaluation writes its Love
+    /// sums to call.totals. end_step_zero() restores all other data.
     RVE_INLINE void begin_step_zero() const
     {
       Stored::copy_history(block, call, call.pairs, call.work.fresh);
@@ -153,10 +154,11 @@ inline namespace RVE_ISA {
           inverse(Tensor<double, Config::D>::identity() - static_cast<double>(call.law.dt) * after);
     }
 
-    /// Adds half of the work of the mean field in a step: the work of the last forces on branches
-    /// that grow by `gradient`. The forces before the step do one half of its work, the forces
-    /// after the step the other half, each on their own branches. A rigid rotation then does no
-    /// work. One thread calls this function.
+    /// Adds half of the work of the mean field in a step: the sum of f . (L b) dt/2 over all
+    /// contacts, with the last forces f, their branches b and L = `gradient`. One half of the work
+    /// of a step is computed from the forces and branches before the step, the other half from the
+    /// forces and branches after it. With this rule a rigid rotation does no work. One thread calls
+    /// this function.
     RVE_INLINE void add_half_of_work(const Tensor<double, Config::D> &gradient) const
     {
       double power = 0.0;

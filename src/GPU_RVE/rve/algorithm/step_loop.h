@@ -30,8 +30,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Kernel of one call. StepGrains accesses the grains in the steps, one at a time or also in
-  /// packs. All other phases use single grains.
+  /// Kernel of one call. In the steps, StepGrains accesses the grains one at a time, or in packs
+  /// where possible. All other phases use single grains.
   template <class Block, class Config, class StepGrains = GrainsOf<Block, Config>> class RveKernel {
     using Item = typename Block::Item;
     using Real = typename Config::Real;
@@ -57,8 +57,8 @@ inline namespace RVE_ISA {
     {
     }
 
-    /// Runs the call. It writes the stored state only if no fatal error occurred, and `answer`
-    /// always. It writes details if `detail` is not null.
+    /// Runs the call. It always writes `answer`. It writes the stored state only if no fatal error
+    /// occurred, and details only if `detail` is not null.
     RVE_INLINE void run(AnswerRecord<Config::D> &answer, DetailRecord<Config::D> *detail)
     {
       const bool direct = Begin::is_direct(call);
@@ -74,7 +74,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Returns whether the call evaluates forces only: it has no substeps.
+    /// Returns whether the call has no substeps and only evaluates forces.
     RVE_INLINE bool evaluates() const { return call.drive.substeps == 0; }
     RVE_INLINE int last_step() const { return evaluates() ? 1 : call.drive.substeps; }
 
@@ -87,8 +87,8 @@ inline namespace RVE_ISA {
 
     // ---- the order of steps ---------------------------------------------------------------------
 
-    /// Makes all steps except the forces of the last one. With `direct` the grains are only in the
-    /// stored state.
+    /// Makes all steps except the forces of the last one. With `direct` the steps must read the
+    /// grains from the stored state.
     RVE_INLINE void run_steps(bool direct)
     {
       if constexpr (Config::steers)
@@ -146,8 +146,9 @@ inline namespace RVE_ISA {
       load_pairs();
     }
 
-    /// Computes the forces of step k if its grains have moved, and makes the move of the next step.
-    /// Otherwise it makes the move of step k. Returns the step of the move.
+    /// If `moved` is true, the grains have made the move of step k; the function computes the
+    /// forces of step k and makes the move of step k + 1. Otherwise it makes the move of step k.
+    /// Returns the step of the move.
     RVE_INLINE int make_step(const Bookkeeping &has_bookkeeping, int k, bool moved)
     {
       if (moved) {
@@ -344,8 +345,9 @@ inline namespace RVE_ISA {
     /// Computes the last forces and all results.
     RVE_INLINE void finish(AnswerRecord<Config::D> &answer, DetailRecord<Config::D> *detail)
     {
-      // An evaluation must not change the history, although the Coulomb limit may differ from that
-      // of the last step: with dashpots, or after a change of friction.
+      // An evaluation must not change the history, which is therefore copied here and restored
+      // later. The forces would change it if the Coulomb limit is not that of the last step: with
+      // dashpots, or after a change of friction.
       if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
       if constexpr (Traits::uniform_constants)
         finish_without_details(answer);
@@ -387,7 +389,8 @@ inline namespace RVE_ISA {
         word = End::check(call);
         // The cell of a servo is known only at the end.
         if (bookkeeping().has_servo && !(determinant(call.cell) > 0.0)) word |= status::NonFinite;
-        // In nearly all calls no other code reads the grains.
+        // In nearly all calls no other code reads the grains, so that they are stored directly from
+        // registers.
         if (Block::kInRegisters && !evaluates() && !keeps_bookkeeping() && !detail &&
             !(word & status::Fatal) && End::is_sound(call)) {
           store<true>(grains, End::kResults, write);

@@ -66,9 +66,10 @@ inline namespace RVE_ISA {
         const Tensor<double, Config::D> before = has_corners ? cell_on(path, first + t - 1) : cell;
         const int segment = path.present_segment();
         cell = cell_on(path, first + t);
-        // A step around a corner of the path goes straight from cell to cell. With the rate of the
-        // next segment a pair that turns with the cell would slip, always in the same direction if
-        // the axis is inclined to the normal, and a rotation would do work.
+        // A step around a corner of the path goes straight from the old cell to the new one, and
+        // its rate is that of the straight line. With the rate of the next segment, a pair that
+        // turns with the cell would slip, and a rotation would do work. The slip would always have
+        // the same direction if the axis of rotation is inclined to the normal.
         rate = path.present_segment() == segment ? path.cell_rate()
                                                  : (1.0 / call.drive.dt) * (cell - before);
       }
@@ -107,8 +108,8 @@ inline namespace RVE_ISA {
     {
       const Tensor<double, Config::D> cell = call.cell;
       Tensor<double, Config::D> gradient = call.servo_gradient;
-      // The gradient of a plan maps the branch at the end of the step to its change in the step,
-      // divided by dt. As on a path, it is (1 - exp(-L dt))/dt.
+      // The gradient of a plan times the branch at the end of the step is the change of the branch
+      // in the step, divided by dt. As on a path, the gradient is (I - exp(-L dt))/dt.
       if constexpr (Config::D == 3)
         gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
       plan_motion(call, call.plan[0], cell, inverse(cell), gradient);
@@ -129,7 +130,8 @@ inline namespace RVE_ISA {
       plan.volume = determinant(cell);
     }
 
-    /// Plans how far grains may move with the current list, and whether the cell allows the list.
+    /// Computes how far grains are allowed to move with the current list, and whether the cell
+    /// allows the list at all.
     static RVE_INLINE void plan_list(const PreparedCall<Config> &call, PlanOf<Config> &plan,
                                      const Tensor<double, Config::D> &cell,
                                      const Tensor<double, Config::D> &list_inverse)
@@ -148,9 +150,9 @@ inline namespace RVE_ISA {
     }
 
     /// Returns the half width of a box whose corners are at most `allowed` from its centre. Along
-    /// each Cartesian axis, the distance of a corner is at most the sum over the edges of the box.
-    /// The factor covers the rounding of the exact displacement, which is computed for grains
-    /// outside of the box.
+    /// each Cartesian axis, the distance of a corner from the centre is at most the sum of the
+    /// components of the half edges. The factor covers the rounding of the exact displacement,
+    /// which is computed for grains outside of the box.
     static RVE_INLINE std::uint32_t safe_box(const Tensor<float, Config::D> &to_length,
                                              double allowed)
     {

@@ -32,8 +32,8 @@ inline namespace RVE_ISA {
     std::size_t used;
   };
 
-  /// Assigns arrays on the chip while they fit, and other arrays in memory: the most frequently
-  /// used arrays are taken first.
+  /// Assigns arrays on the chip while they fit, and all other arrays in memory. The most frequently
+  /// used arrays must therefore be taken first.
   class ChipFirst {
    public:
     RVE_INLINE ChipFirst(char *chip, std::size_t chip_size, char *memory) :
@@ -79,9 +79,10 @@ inline namespace RVE_ISA {
     (carver.take(array, count), ...);
   }
 
-  /// Pairs of an RVE as arrays: owned pairs are [slot * N + grain], followed by extra pairs.
+  /// Pairs of an RVE as arrays. The pair that a grain owns in a slot has the index slot * N +
+  /// grain. Extra pairs are in arrays of their own.
   template <class Config> struct PairView {
-    std::int32_t *partner;    ///< index of the grain itself: the slot is free
+    std::int32_t *partner;    ///< in a free slot the index of the grain itself
     typename Config::History *history;
     std::int32_t *extra_first, *extra_second;
     typename Config::History *extra_history;
@@ -145,8 +146,8 @@ inline namespace RVE_ISA {
       ? kRecordAlignment<typename Numbers::Coordinate>
       : alignof(typename Numbers::Coordinate);
 
-  /// Position of a grain, and velocity relative to the mean field. In the plane partners read this
-  /// struct.
+  /// Position of a grain, and velocity relative to the mean field. In the plane, partners read this
+  /// struct; in space, they read SpherePieces or its parts.
   template <class Numbers, int D>
   struct alignas(D == 2 ? kMotionAlignment<Numbers>
                         : alignof(typename Numbers::Coordinate)) Motion {
@@ -257,7 +258,7 @@ inline namespace RVE_ISA {
       std::conditional_t<Config::in_memory, SpheresInParts<typename Config::Numbers>,
                          SeenMotion<Config> *>;
 
-  /// Returns whether velocity and spin are not NaN.
+  /// Returns whether no component of velocity and spin is NaN.
   template <int D, class Real>
   RVE_INLINE bool moves_soundly(const Vec<Real, D> &velocity, const Spin<Real, D> &spin)
   {
@@ -268,8 +269,8 @@ inline namespace RVE_ISA {
     return sound;
   }
 
-  /// Response of a grain to forces, and its position in the list. Only the grain itself reads them,
-  /// once per step, so that they are not kept in registers.
+  /// Response of a grain to forces, and its position when the list was built. Only the thread of
+  /// the grain reads these data, once per step, so that they are not kept in registers.
   template <class Numbers, int D>
   struct alignas(D == 2 ? kRecordAlignment<typename Numbers::Real>
                         : alignof(typename Numbers::Real)) GrainResponse {
@@ -303,7 +304,7 @@ inline namespace RVE_ISA {
     GrainResponseOf<Config> *response;
     /// In space only.
     Vec<typename Config::Leading::Coordinate, Config::D> *list_position;
-    std::int32_t *partner;    ///< (Config::owned_pairs, N) own index: the slot is free
+    std::int32_t *partner;    ///< (Config::owned_pairs, N) as in PairView
     /// (Config::owned_pairs, N) A free slot has a negative radius (radius_of_partner()), so that it
     /// has no contact. The array is unused if the radii of partners are in registers.
     typename Config::Wide *partner_radius;
@@ -366,9 +367,9 @@ inline namespace RVE_ISA {
   /// then data that consecutive threads read at consecutive addresses. If `capacity` (in grains) is
   /// a compile-time constant, the addresses on chip are constants too.
   ///
-  /// With in_registers the data of a grain's partners need no array. In space there is then a
-  /// hidden grain without contacts (PackedPartners), and arrays that only rare code needs are in
-  /// `beside`.
+  /// With in_registers the radii of partners need no array. In space there is then a hidden grain
+  /// without contacts (PackedPartners), and `beside` assigns the arrays that steps do not access,
+  /// and streamed histories.
   template <class Config, class OnChip, class Beside>
   RVE_INLINE SharedView<Config> lay_out_shared(OnChip &chip, Beside &beside, int capacity,
                                                int num_grains, bool in_registers)
@@ -391,7 +392,7 @@ inline namespace RVE_ISA {
       chip.take(view.list_position, capacity);
       using SpinArray = SeenArray<Config, Spin<typename Config::Real, Config::D>>;
       using RadiusArray = SeenArray<Config, typename Config::Wide>;
-      // A Measure has no records.
+      // A Measure assigns no memory, so that records have no address.
       constexpr bool there = !std::is_same_v<OnChip, Measure>;
       if constexpr (there && Config::in_memory) {
         view.spin = SpinArray(view.motion.course->spin);
@@ -483,8 +484,8 @@ inline namespace RVE_ISA {
     return {on_chip.size(), beside.size()};
   }
 
-  /// Number of pairs that a grain owns, packed into one number: the pairs of its row, and those
-  /// received from other grains.
+  /// Numbers of pairs that a grain owns: the number of pairs in its row (PairRow), and the number
+  /// of pairs received from other grains. Both are packed into one integer.
   struct PairCount {
     std::int32_t packed;
     static constexpr int kReceivedBits = 4;
@@ -514,15 +515,15 @@ inline namespace RVE_ISA {
     std::int32_t *row_partner;       ///< (pair_capacity) partners of these pairs
     std::int32_t *load;              ///< (N) number by which grains are ordered
     std::int32_t *proposal;          ///< (N) index of the offered pair in the own row, or -1
-    std::int32_t *accepted;          ///< (N) accepted grain plus an offset of the round
+    std::int32_t *accepted;          ///< (N) accepted grain plus an offset per round
     std::int32_t *overloaded;        ///< (N) grains with too many pairs
-    std::int32_t *num_overloaded;    ///< (2) number of such grains in even and in odd rounds
+    std::int32_t *num_overloaded;    ///< (2) length of `overloaded`, even and odd rounds
     std::int32_t *received;          ///< (Config::owned_pairs, N) grains that gave a pair
     std::int32_t *excess_start;      ///< (N)
     std::int32_t *contact_count;     ///< (N)
     std::int32_t *number;            ///< (N) as in the stored state, for an RVE with a new list
-    /// (N) Energy that each grain lost in this call, by its number: in local damping [force
-    /// length], and with its pairs in friction and in dashpots [internal].
+    /// (N) Energy lost in this call, indexed by the number of the grain: by local damping of the
+    /// grain [force length], by friction of its pairs and by dashpots of its pairs [internal].
     double *damping, *friction, *viscous;
     double *scratch;           ///< (kScratch<D>, N) terms of sums and maxima over grains
     PairView<Config> fresh;    ///< the list that is being built
@@ -616,7 +617,7 @@ inline namespace RVE_ISA {
       Block::begin_sum(shared.force[k], shared.capacity, i);
   }
 
-  /// Numbers of 8 bytes per grain after a workspace, for rarely requested results.
+  /// Capacity after a workspace for rarely requested results, in numbers of 8 bytes per grain.
   template <int D> constexpr int kSpare = D == 2 ? 8 : 14;
 
   template <class Config> RVE_INLINE char *spare_of(const WorkspaceView<Config> &work)

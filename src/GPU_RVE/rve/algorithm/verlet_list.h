@@ -13,7 +13,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Returns how far a grain may move relative to the mean field until a new list is needed
+  /// Returns how far a grain can move relative to the mean field before a new list is needed
   /// [length].
   ///
   /// The result is the largest u with 2 u <= s skin - (1 - s) R. R is the largest distance at which
@@ -21,8 +21,8 @@ inline namespace RVE_ISA {
   /// not listed had |b| >= R + skin when the list was built. It is now b' = G b + u_j - u_i, with
   /// displacements u_i and u_j of magnitude at most u, so that |b'| >= s (R + skin) - 2 u. The pair
   /// cannot act while |b'| >= R. In compression the pair with the largest R decides. In expansion
-  /// the pair with the smallest R would decide; the term of R is neglected then. A negative result
-  /// means that the strain alone requires a new list.
+  /// the pair with the smallest R would decide. The term with R is then omitted, which is safe. A
+  /// negative result means that the strain alone requires a new list.
   template <int D>
   RVE_INLINE double allowed_displacement(const Tensor<double, D> &cell,
                                          const Tensor<double, D> &list_inverse,
@@ -63,8 +63,8 @@ inline namespace RVE_ISA {
     });
   }
 
-  /// Index of the pair of two grains in an old list, among the slots of the first or the second
-  /// grain; -1: in none.
+  /// Indices at which an old list stores the pair of two grains: among the slots of the first
+  /// grain, and among the slots of the second grain. -1: not among these slots.
   struct OldSlot {
     int mine, others;
   };
@@ -125,8 +125,8 @@ inline namespace RVE_ISA {
       return gap_squared(branch, within + radius[j]) > Wide(0);
     }
 
-    /// Calls take(q) for each pair that the grain at index p owns at first; q is the index of the
-    /// partner.
+    /// Calls take(q) for each pair that the grain at index p owns before ownership is balanced. q
+    /// is the index of the partner.
     template <class Take> RVE_INLINE void for_each_owned(int p, Take take) const
     {
       const int i = work.cell_grain[p];
@@ -158,7 +158,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Pairs that grains own at first, and their total number.
+  /// Pairs that grains own before ownership is balanced, and their total number.
   struct FoundPairs {
     PairRows rows;
     int num_pairs;
@@ -199,9 +199,9 @@ inline namespace RVE_ISA {
     return {PairRows{work.row_partner, work.row_start, 1}, num_pairs};
   }
 
-  /// Sorts partners by rank. Ranks ascend with the distance ahead in the grid, and free slots are
-  /// last, so that neighbouring threads read neighbouring grains. In space touching partners come
-  /// first, so that many threads have no work in the last slots (ListRenewal::order_grains).
+  /// Sorts partners by rank. Ranks ascend with the distance ahead in the grid, so that neighbouring
+  /// threads read neighbouring grains. Free slots are last. In space touching partners come first,
+  /// so that many threads have no work in the last slots (ListRenewal::order_grains).
   template <int slots> RVE_INLINE void sort_by_rank(int (&rank)[slots], int (&partner)[slots])
   {
     for (int k = 1; k < slots; ++k)

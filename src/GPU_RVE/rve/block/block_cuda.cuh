@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // BlockCuda implements the functions of a block (block_serial.h) by one CUDA thread block. Only
-// files in block/ and the CUDA engine use threads. A thread block has any size from 1 to 1024,
-// which may change from launch to launch. CUB's block primitives are not used, since their size is
-// a template parameter.
+// files in block/ and the CUDA engine use CUDA threads. A thread block has any size from 1 to 1024,
+// which can differ between launches. CUB's block primitives are not used, since their size is a
+// template parameter.
 //
 //   cuda_threads.cuh       warps and shared memory of the collectives
 //   cuda_phases.cuh        assignment of items to threads; barriers
@@ -53,11 +53,11 @@ inline namespace RVE_ISA {
     }
     RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i) { return taken(sums + i); }
 
-    /// 64-bit atomics on shared memory are compare-and-swap loops. Each sum therefore has two
-    /// limbs, the low 24 bits and the rest. They are added without carries, which is exact for up
-    /// to 256 terms of magnitude below 2^55 / 256. Low and high limbs are in separate rows: if the
-    /// two limbs of a sum were adjacent, an access to the low limbs of many sums would use only
-    /// half of the banks.
+    /// 64-bit atomics on shared memory are compare-and-swap loops. Each sum is therefore stored in
+    /// two numbers (limbs) of 32 bits: its low 24 bits, and its other bits. Limbs are added without
+    /// carries, which is exact for up to 256 terms of magnitude below 2^55 / 256. Low and high
+    /// limbs are in separate rows: if the two limbs of a sum were adjacent, an access to the low
+    /// limbs of many sums would use only half of the banks.
     static RVE_DEVICE void begin_sum(std::int64_t *sums, int capacity, int i)
     {
       auto *limbs = reinterpret_cast<int *>(sums);
@@ -116,7 +116,8 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Returns a sum and sets it to zero: on chip in one access instead of two.
+    /// Returns a sum and sets it to zero. With items in registers the sums are on chip, where one
+    /// atomic exchange replaces two accesses.
     static RVE_DEVICE int taken(int *sum)
     {
       if constexpr (kInRegisters) return atomicExch(sum, 0);

@@ -15,9 +15,9 @@
 //
 // Collectives. Each returns its result to every thread.
 //   sum_array(n, a)         sum of n doubles, in an order that depends on n only
-//   max_array(n, a)         largest of n doubles, or 0
+//   max_array(n, a)         largest of n doubles, or 0 if all are negative
 //   sum_integers<M>(n, f)   f(item, std::int64_t *term) adds to M terms; returns the exact sums
-//   exclusive_scan(a, n)    in place; returns the total
+//   exclusive_scan(a, n)    replaces a[i] by a[0] + ... + a[i - 1]; returns the sum of all numbers
 //   scan_to_starts(a, n)    the same, and a[n] becomes the total
 //   order_by_class<Classes>(n, class_of, take)
 //                           calls take(item, index) with new indices: items of class 0 come first,
@@ -26,29 +26,29 @@
 // Integer accumulation from inside a phase.
 //   add(p, v), fetch_min(p, v), fetch_add(p, v)
 //   accumulate(sums, capacity, i, v)
-//                           adds v to sum i of an array with `capacity` sums, whose layout the
-//                           block chooses. Two other functions access the array:
+//                           adds v to sum i of an array with `capacity` sums. The layout of the
+//                           array depends on the block. Two other functions access the array:
 //                           begin_sum(sums, capacity, i) clears a sum, and
 //                           collect(sums, capacity, i) returns a sum and clears it
 //
-// Resident items are elements of arrays that only the items themselves access. They may be in
-// registers.
-//   resident(array)         an item's own numbers in array[item]
+// Resident arrays: only item i accesses element i, so that a block can keep it in registers.
+//   resident(array)         resident array whose elements are stored in `array`
 //   for_items, any_item     as for_each and any, over the items of resident arrays only. If f takes
-//                           `const auto i` it may also get a PackItem, several items at a time. The
-//                           template parameter `way` of for_items, any_item and reduce_items is a
-//                           Visit
+//                           `const auto i`, a block with packs passes a PackItem, which is several
+//                           items. The template parameter `way` of for_items, any_item and
+//                           reduce_items is a Visit
 //   for_items(n, f, m, g)   for_items(n, f), and g(0) ... g(m - 1) at the same time
-//   for_empty_registers(n, f)  f(i) in threads with registers for an item but without an item; no
-//                           barrier
-//   own_items(n, f)         as for_items, without a barrier: f(item) must not access data that
+//   for_empty_registers(n, f)  f(i) in threads that have registers for an item but no item. There
+//                           is no barrier
+//   own_items(n, f)         as for_items, but without a barrier. f(item) must not access data that
 //                           other items access before the next phase
 //   reduce_items<M, Term>(n, f, rest, reduction)
 //                           sums M terms and finds the largest number over all items.
-//                           f(item, Term *term, float &largest) adds to the item's terms, integers
-//                           of 32 or 64 bits (64 for a PackItem), and raises `largest`, which is
-//                           not negative. rest(Term *term) adds to the terms of a thread. All
-//                           threads can read the results in `reduction` afterwards
+//                           f(item, Term *term, float &largest) adds to the terms of the item and
+//                           raises `largest`, which is not negative. A Term is an integer of 32 or
+//                           64 bits (64 for a PackItem). rest(Term *term) is called once by each
+//                           thread, after its items, and adds further terms. All threads can read
+//                           the results in `reduction` afterwards
 //   add_up_items<M, Term>(n, f, sum, then)
 //                           sums M terms over all items: f(item, Term *term) adds to the terms. One
 //                           thread writes the sums to `sum` and then calls then(). begin_add_up()
@@ -81,8 +81,8 @@ inline namespace RVE_ISA {
     /// True if resident items are in registers.
     static constexpr bool kInRegisters = false;
     static constexpr bool kHasUniforms = false;
-    /// Largest number of resident items, if arrays are on chip at offsets from chip() that are
-    /// known at compile time; 0 if there are no such arrays.
+    /// Largest number of resident items if their arrays are on chip, at offsets from chip() that
+    /// are known at compile time. Otherwise 0.
     static constexpr int kCapacity = 0;
     /// Number of reads in a loop that are issued together to hide their latency.
     static constexpr int kOnTheWay = 1;
@@ -230,9 +230,9 @@ inline namespace RVE_ISA {
       if (v < *p) *p = v;
     }
 
-    /// Array in which item i owns element i. A block may keep the element in a register across
-    /// phases. Between load and save the register may differ from memory; only publish makes a new
-    /// value visible to other items. load_whole and save_whole access memory as read_whole and
+    /// Array in which item i owns element i. A block can keep the element in a register across
+    /// phases. Between load and save the register and memory can differ. Other items see a new
+    /// value only after publish. load_whole and save_whole access memory as read_whole and
     /// write_whole do. BlockSerial uses the array itself.
     template <class T> using Resident = ItemsInArray<T>;
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }

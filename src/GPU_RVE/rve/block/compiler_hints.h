@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Hints to the compiler of a GPU. They change registers and instructions, never results. On a CPU
-// they do nothing; CudaHints (cuda_hints.cuh) has them for nvcc and NVRTC.
+// Hints to the compiler of a GPU. They change registers and instructions, never results.
+// NoCompilerHints is for CPUs, where hints do nothing. CudaHints (cuda_hints.cuh) implements the
+// hints for nvcc and NVRTC.
 
 #pragma once
 
@@ -17,8 +18,8 @@ inline namespace RVE_ISA {
     /// Returns x; the compiler computes values derived from x again instead of keeping them in
     /// registers.
     static RVE_INLINE int opaque(int x) { return x; }
-    /// Returns x, which is the same for all threads; a block with kHasUniforms keeps it once per
-    /// warp.
+    /// Returns x, which is the same for all threads. A block with kHasUniforms keeps x in uniform
+    /// registers, which all threads of a warp share.
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
     /// Returns a truth value, computed in several branches of a function, in a form that the
     /// compiler keeps in a predicate register.

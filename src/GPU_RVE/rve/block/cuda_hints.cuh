@@ -43,8 +43,8 @@ inline namespace RVE_ISA {
       return same;
     }
 
-    /// The compiler keeps an int result in a predicate register; it would keep a bool that is
-    /// computed in two branches in an ordinary register.
+    /// The result is an int, which the compiler keeps in a predicate register. If a bool is
+    /// computed in two branches, the compiler keeps it in an ordinary register.
     static RVE_DEVICE int predicate(bool x) { return x ? 1 : 0; }
 
     template <class T> static RVE_DEVICE T read_whole(const T &element)
@@ -90,8 +90,9 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Reads threadIdx.x again and returns it. Otherwise the addresses of a thread's second item
-    /// would be kept from step to step and spilled (cost: 1 to 3 % of the steps of spheres).
+    /// Reads threadIdx.x again and returns it. If a thread used its first value of threadIdx.x, it
+    /// would keep and spill the addresses of its second item from step to step. This would cost 1
+    /// to 3 % of the time of a step of spheres.
     static RVE_DEVICE int thread_again()
     {
       int thread;
@@ -100,7 +101,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Unit of a read or write. The arrays of an RVE begin at multiples of its size.
+    /// Unit of a read or write. The arrays of an RVE begin at multiples of 16 bytes.
     struct alignas(16) Piece {
       unsigned word[4];
     };

@@ -51,7 +51,7 @@ inline namespace RVE_ISA {
       Sum sum[M];
       float largest = 0.0f;
       for (int m = 0; m < M; ++m) sum[m] = 0;
-      // Terms have 32 bits; the sum of several terms can have more.
+      // A Term can have 32 bits. The sum of the terms of several items can have more.
       const auto add = [&](auto g) RVE_INLINE_LAMBDA {
         if constexpr (one_item) {
           g(sum);
@@ -90,8 +90,9 @@ inline namespace RVE_ISA {
       for (int k = threadIdx.x; k < kTotals; k += blockDim.x) totals()[k] = 0;
     }
 
-    /// Each warp splits its sums into limbs and adds the limbs, without carries, to the totals on
-    /// chip. One thread reads the totals after a single barrier.
+    /// Each thread splits its sums into parts of 16 or 22 bits (limbs). Each warp sums its limbs
+    /// and adds them, without carries, to the totals on chip. After a single barrier one thread
+    /// computes the sums from the totals.
     template <int M, class Term, class F, class Then>
     RVE_DEVICE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {
@@ -104,7 +105,8 @@ inline namespace RVE_ISA {
         f(i, term);
         for (int m = 0; m < M; ++m) own[m] += term[m];
       });
-      // Two terms of 32 bits add up to 33 bits: 16 in the first limb, 17 in the other.
+      // The sum of two terms of 32 bits has up to 33 bits: 16 in the first limb, 17 in the second
+      // one.
       using Limbed = std::conditional_t<(ItemsPerThread > 0), Term, std::int64_t>;
       constexpr int limbs = kLimbs<Limbed>;
       static_assert(M * limbs <= kTotals, "a total for each limb");
@@ -118,7 +120,7 @@ inline namespace RVE_ISA {
       __syncthreads();
       if (threadIdx.x == 0) {
         sum_of_totals<M, Limbed>(sum);
-        CudaHints::reread();    // if the sums were kept, they would be spilled
+        CudaHints::reread();    // sums kept in registers would be spilled
         then();
       }
       __syncthreads();

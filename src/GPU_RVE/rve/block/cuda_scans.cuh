@@ -28,8 +28,8 @@ inline namespace RVE_ISA {
     RVE_DEVICE void order_by_class(int n, ClassOf class_of, Take take)
     {
       static_assert(Classes <= 16, "CudaScratch::of_class has space for 16 classes");
-      // All lanes set the numbers: with __syncwarp() here, kernels of spheres would lose their
-      // uniform registers (CudaHints::uniform()).
+      // All lanes set the numbers, so that no __syncwarp() is needed. A __syncwarp() here would
+      // prevent uniform registers (CudaHints::uniform()) in kernels of spheres.
       int next[Classes];
       RVE_UNROLL
       for (int k = 0; k < Classes; ++k) { next[k] = 0; }
@@ -47,8 +47,8 @@ inline namespace RVE_ISA {
         for (int k = 0; k < Classes; ++k) { scratch().of_class[k][warps::index()] = next[k]; }
       }
       __syncthreads();
-      // For the items of this warp, the first index of a class follows all items of earlier
-      // classes, and the items of the same class in earlier warps.
+      // For the items of this warp, the first index of a class is the number of items in earlier
+      // classes, plus the number of items of the same class in earlier warps.
       int first = 0;
       RVE_UNROLL
       for (int k = 0; k < Classes; ++k) {

@@ -13,9 +13,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Item of a thread that has two of them. `slot` is its index among the items of the thread. It
-  /// is known at compile time if the item is in registers, since registers cannot be indexed at run
-  /// time.
+  /// Item of a thread that has two items. `slot` is 0 for the first item and 1 for the second. If
+  /// the item is in registers, `slot` is known at compile time, since registers cannot be indexed
+  /// at run time.
   struct ItemOfThread {
     int index, slot;
     RVE_DEVICE operator int() const { return index; }
@@ -48,14 +48,14 @@ inline namespace RVE_ISA {
     {
       return (blockDim.x + 31) / 32;
     }
-    /// Number of lanes of this thread's warp: the last one may have fewer than 32.
+    /// Number of lanes of this thread's warp. The last warp can have fewer than 32.
     RVE_DEVICE int lanes_here()
     {
       return min(32, static_cast<int>(blockDim.x) - 32 * index());
     }
 
-    /// Returns the sum over the threads of a warp, computed with three limbs whose sums fit into 32
-    /// bits.
+    /// Returns the sum over the threads of a warp. Each term is split into parts (limbs) of 27, 27
+    /// and 10 bits, whose sums fit into 32 bits.
     RVE_DEVICE long long sum(std::int64_t term)
     {
       const unsigned low = static_cast<unsigned>(term) & 0x7ffffffu,
@@ -67,7 +67,7 @@ inline namespace RVE_ISA {
                                  << 54);
     }
 
-    /// Returns the sum over the threads of a warp, computed with two limbs.
+    /// Returns the sum over the threads of a warp. Each term is split into two limbs of 16 bits.
     RVE_DEVICE long long sum(std::int32_t term)
     {
       const unsigned low = static_cast<unsigned>(term) & 0xffffu;

@@ -1,8 +1,7 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// Arithmetic functions whose implementation affects speed and the last bits: roots, quotients,
-// minima. Strict arithmetic is IEEE and gives the same bits on CPU and GPU. Relaxed arithmetic
-// (RVE_RELAXED, CUDA only) uses the hardware's approximations; doc/src/accuracy.rst has their gain
-// and error.
+// SPDX-License-Identifier: GPL-2.0-only Arithmetic functions whose implementation affects speed and
+// the last bits: roots, quotients, minima. Strict arithmetic is IEEE and gives the same bits on CPU
+// and GPU. Relaxed arithmetic (RVE_RELAXED, CUDA only) uses the hardware's approximations.
+// doc/src/accuracy.rst lists how much speed the approximations gain, and their errors.
 
 #pragma once
 
@@ -25,8 +24,8 @@ inline namespace RVE_ISA {
     return condition ? yes : no;
   }
 
-  /// True if sums of products may be fused in an order that needs fewer operations. Only formulas
-  /// of spheres use it.
+  /// True if formulas are allowed to reorder sums of products so that fewer operations are needed.
+  /// Only formulas of spheres test this constant.
 #if defined(RVE_RELAXED)
   constexpr bool kIsRelaxed = true;
 #else
@@ -37,7 +36,8 @@ inline namespace RVE_ISA {
   template <class T> constexpr double kEpsilon = 0x1p-52;
   template <> constexpr double kEpsilon<float> = 0x1p-23;
 
-  /// Result of a comparison of two T: bool, or one truth value for each number of a pack.
+  /// Type of the result of a comparison of two T: bool for numbers, and one truth value per lane
+  /// for packs.
   template <class T> using Truth = decltype(T() < T());
 
   /// Returns x if the condition holds, and zero otherwise. x may be a struct of numbers.
@@ -51,8 +51,8 @@ inline namespace RVE_ISA {
   {
     return condition;
   }
-  /// Returns the number of lanes where the condition holds; count_without() excludes those where
-  /// `other` holds as well.
+  /// count() returns the number of lanes where `condition` holds. count_without() returns the
+  /// number of lanes where `condition` holds and `other` does not. A single number is one lane.
   RVE_INLINE int count(bool condition)
   {
     return condition ? 1 : 0;
@@ -62,7 +62,8 @@ inline namespace RVE_ISA {
     return condition && !other ? 1 : 0;
   }
 
-  /// Converts a truth value to the truth type of numbers of another width.
+  /// Converts a truth value to the truth type of numbers with another number of bits. For single
+  /// numbers both types are bool.
   RVE_INLINE void convert_truth(bool x, bool &y)
   {
     y = x;
@@ -71,8 +72,8 @@ inline namespace RVE_ISA {
 #if defined(__CUDA_ARCH__)
   /// Returns 1/y for y > 0, IEEE rounded. `nearly` is an approximation of 1/y. One Newton iteration
   /// rounds correctly for all y except one in each binade (P. W. Markstein, IBM J. Res. Dev. 34
-  /// (1990) 111). All mantissa bits of this y are ones, and 1/y is slightly above the midpoint
-  /// between two numbers.
+  /// (1990) 111). The exception is the y whose mantissa bits are all ones: its reciprocal is
+  /// slightly above the midpoint between two neighbouring numbers.
   RVE_INLINE double rounded_inverse(double y, double nearly)
   {
     const double inverse = ::fma(nearly, ::fma(-y, nearly, 1.0), nearly);
@@ -87,8 +88,9 @@ inline namespace RVE_ISA {
     Real root, inverse;
   };
 
-  /// Returns root = sqrt(x) and inverse = 1/root, each IEEE rounded. x must be a normal number, not
-  /// zero and far from the ends of the range. Lengths in internal units are about one.
+  /// Returns root = sqrt(x) and inverse = 1/root, in strict arithmetic each IEEE rounded. x must be
+  /// a positive normal number, far from the smallest and the largest number of its type. Lengths
+  /// satisfy this condition, since they are about one in internal units.
   RVE_INLINE RootAndInverse<float> root_and_inverse(float x)
   {
 #if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)
@@ -96,7 +98,8 @@ inline namespace RVE_ISA {
     asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(inverse) : "f"(x));
     return {x * inverse, inverse};
 #elif defined(__CUDA_ARCH__)
-    // These are __fsqrt_rn and __frcp_rn without their paths for denormal numbers.
+    // The operations are those of __fsqrt_rn and __frcp_rn without their code paths for denormal
+    // numbers.
     float guess;
     asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(guess) : "f"(x));
     const float first = x * guess;
@@ -112,7 +115,8 @@ inline namespace RVE_ISA {
   RVE_INLINE RootAndInverse<double> root_and_inverse(double x)
   {
 #if defined(__CUDA_ARCH__)
-    // The code paths for other numbers are omitted as above, since they would be function calls.
+    // The code paths for numbers outside the range of x are omitted, since they would be function
+    // calls.
     double inverse;
     asm("rsqrt.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(x));
     const double error = ::fma(x, -(inverse * inverse), 1.0);
@@ -126,7 +130,8 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// Returns 1/x, IEEE rounded; the range of x is that of root_and_inverse().
+  /// Returns 1/x, in strict arithmetic IEEE rounded. x must be in the range that root_and_inverse()
+  /// allows.
   RVE_INLINE float reciprocal(float x)
   {
 #if defined(__CUDA_ARCH__)
@@ -147,9 +152,10 @@ inline namespace RVE_ISA {
     return 1.0 / x;
   }
 
-  /// Returns x/y for y > 0, IEEE rounded. y and the quotient must be in the range of
-  /// root_and_inverse(); the quotient may also be zero. GPU code omits the path for other numbers.
-  /// This path would be a function call that takes all registers of a kernel.
+  /// Returns x/y for y > 0, in strict arithmetic IEEE rounded. The magnitudes of y and of the
+  /// quotient must be in the range that root_and_inverse() allows; a quotient of zero is allowed,
+  /// too. GPU code omits the code path for other numbers, since it would be a function call that
+  /// takes all registers of a kernel.
   RVE_INLINE float quotient(float x, float y)
   {
 #if defined(__CUDA_ARCH__)
@@ -179,7 +185,8 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// Returns sqrt(x), IEEE rounded; x is zero or in the range of root_and_inverse().
+  /// Returns sqrt(x), in strict arithmetic IEEE rounded. x must be zero or in the range that
+  /// root_and_inverse() allows.
   RVE_INLINE float root(float x)
   {
 #if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)
@@ -202,8 +209,9 @@ inline namespace RVE_ISA {
   }
 
   /// smaller() and larger() return the smaller and the larger of two numbers. The numbers must not
-  /// be NaN, and not zeros of different sign. A GPU has an instruction for `float`. For `double`,
-  /// fmin() and fmax() would also test for NaN, and would return x if y is NaN.
+  /// be NaN, and not zeros of different sign. On a GPU, fmin() and fmax() of `float` are single
+  /// instructions. fmin() and fmax() of `double` would need additional instructions that test for
+  /// NaN.
   template <class Real> RVE_INLINE Real smaller(Real x, Real y)
   {
 #if defined(__CUDA_ARCH__)
@@ -231,7 +239,7 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// Returns x, limited to magnitudes up to `limit`.
+  /// Returns x, limited to the range from -limit to limit.
   template <class Real> RVE_INLINE Real within(const Real &limit, const Real &x)
   {
 #if defined(__CUDA_ARCH__)

@@ -4,8 +4,8 @@
 //
 // The host engine is compiled twice, for the baseline instruction set and for x86-64-v3, and one
 // build is chosen at run time. Code that may be inlined into both builds is in the inline namespace
-// RVE_ISA, so that the linker never uses code of one instruction set in the other build. Plain data
-// that both builds use is declared outside of it.
+// RVE_ISA, so that the linker never uses code of one instruction set in the other build. Plain
+// structs that both builds use are declared outside of this namespace.
 
 #pragma once
 
@@ -35,8 +35,8 @@
 #endif
 
 // RVE_APART marks a function that a CPU build does not inline, so that the compiler allocates its
-// registers separately. This saves 7 % of a step with energy bookkeeping. A GPU build inlines the
-// function: a call would need addresses of numbers that are in registers.
+// registers separately. This saves 7 % of the time of a step with energy bookkeeping. A GPU build
+// inlines the function: a call would need addresses of numbers that are in registers.
 #if defined(__CUDACC__)
 #define RVE_APART __host__ __device__ __forceinline__
 #else
@@ -47,12 +47,13 @@
 #define RVE_INLINE __host__ __device__ __forceinline__
 #define RVE_INLINE_LAMBDA
 #elif defined(RVE_SANITIZED)
-// With the checks of the sanitizers, fully inlined kernels take eight times as long to compile.
+// In builds with sanitizers, forced inlining would make the compilation of the kernels take eight
+// times as long.
 #define RVE_INLINE inline
 #define RVE_INLINE_LAMBDA
 #else
 #define RVE_INLINE inline __attribute__((always_inline))
-// RVE_INLINE_LAMBDA follows the parameters of a lambda in an inner loop. Without it, a function
-// call per grain would cost a tenth of the work on the grain.
+// RVE_INLINE_LAMBDA follows the parameters of a lambda in an inner loop. Without it, each grain
+// would need a function call, which takes a tenth of the time of the work on the grain.
 #define RVE_INLINE_LAMBDA __attribute__((always_inline))
 #endif

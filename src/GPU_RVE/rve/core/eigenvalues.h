@@ -11,9 +11,9 @@
 
 namespace rve {
 
-/// Spectral decomposition t = Σ value_i axis_i ⊗ axis_i. The values are in descending order, and
-/// the axes are orthonormal, also if values are equal. Jacobi's method needs no special case for
-/// equal values (Golub & Van Loan 2013, Matrix Computations, section 8.5).
+/// Spectral decomposition t = Σ value_i axis_i ⊗ axis_i. The values are in descending order. The
+/// axes are orthonormal, even if values are equal. Jacobi's method needs no special case for equal
+/// values (Golub & Van Loan 2013, Matrix Computations, section 8.5).
 template <int N> struct PrincipalAxes {
   double value[N];
   Vec<double, N> axis[N];
@@ -21,8 +21,8 @@ template <int N> struct PrincipalAxes {
   explicit PrincipalAxes(Tensor<double, N> t)
   {
     auto columns = Tensor<double, N>::identity();
-    // Each sweep about squares the ratio of off-diagonal to diagonal components: four sweeps
-    // usually suffice.
+    // Each sweep roughly squares the ratio of off-diagonal to diagonal components, so that four
+    // sweeps usually suffice.
     constexpr int MOST_SWEEPS = 16;
     for (int sweep = 0; sweep < MOST_SWEEPS; ++sweep) {
       bool turned = false;
@@ -40,16 +40,16 @@ template <int N> struct PrincipalAxes {
   }
 
  private:
-  /// Rotates in the plane of axes a and b so that t(a, b) vanishes. Returns false if it is zero
-  /// already, to rounding.
+  /// Rotates in the plane of axes a and b so that t(a, b) vanishes. Returns false if t(a, b) was
+  /// negligible before: adding it to |t(a, a)| + |t(b, b)| does not change this sum.
   static bool turn(Tensor<double, N> &t, Tensor<double, N> &columns, int a, int b)
   {
     const double between = t(a, b);
     const double scale = std::abs(t(a, a)) + std::abs(t(b, b));
     t(a, b) = t(b, a) = 0.0;
     if (scale + std::abs(between) == scale) return false;
-    // The tangent t of the smaller of the two possible rotation angles solves t² + 2 t cot(2 angle)
-    // - 1 = 0.
+    // The tangents x of the two possible rotation angles solve x² + 2 c x - 1 = 0, where c is the
+    // cotangent of twice the angle. The smaller angle is used.
     const double cotangent = (t(b, b) - t(a, a)) / (2.0 * between);
     const double root = std::abs(cotangent) + std::sqrt(1.0 + cotangent * cotangent);
     const double tangent = cotangent < 0.0 ? -1.0 / root : 1.0 / root;
@@ -79,9 +79,9 @@ inline double largest_eigenvalue(const Tensor2 &symmetric)
   return 0.5 * trace(symmetric) + std::hypot(half_difference, symmetric(0, 1));
 }
 
-/// Returns the largest eigenvalue of A, m + 2 sqrt(p) cos(acos(q/p^1.5)/3), with m = tr(A)/3, p =
-/// |A - m I|^2/6 and q = det(A - m I)/2 (Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix",
-/// Comm. ACM 4, 168).
+/// Returns the largest eigenvalue of A = `symmetric`: m + 2 sqrt(p) cos(acos(q/p^1.5)/3), with m =
+/// tr(A)/3, p = |A - m I|^2/6 and q = det(A - m I)/2 (Smith 1961, "Eigenvalues of a symmetric 3 x 3
+/// matrix", Comm. ACM 4, 168).
 inline double largest_eigenvalue(const Tensor3 &symmetric)
 {
   const double mean = trace(symmetric) / 3.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Exception for wrong input, thrown before anything runs. The LAMMPS styles turn it into
+// Exception for wrong input, thrown before the engine runs. The LAMMPS styles report it by
 // error->all().
 
 #pragma once
@@ -25,8 +25,8 @@ inline std::string number(double value)
   return text;
 }
 
-/// Joins parts to one text: texts, characters, numbers in the form of number() and
-/// std::to_string(), and functions that return a text.
+/// Joins parts to one text. A part is a text, a character, a number, or a function that returns a
+/// text. number() formats floating-point numbers, and std::to_string() formats integers.
 template <class... Parts> std::string concat(const Parts &...parts)
 {
   std::string text;
@@ -46,8 +46,8 @@ template <class... Parts> std::string concat(const Parts &...parts)
 }
 
 /// Throws InputError with the text of the parts unless `condition` holds. The text is composed only
-/// in that case, since each call checks thousands of items. A part that is expensive to compute is
-/// passed as a function.
+/// if the exception is thrown, since thousands of items are checked in each call of the engine. A
+/// part that is expensive to compute is passed as a function.
 template <class... Parts> void require(bool condition, const Parts &...parts)
 {
   if (!condition) throw InputError(concat(parts...));

@@ -3,7 +3,7 @@
 // and integers are added.
 //
 // A sum of integers is the same for any order of terms, number of threads and number of ranks. The
-// unit of the integers is a power of two. It depends only on the largest magnitude and on the
+// unit of the integers is a power of two, which depends only on the largest magnitude and on the
 // number of terms.
 
 #pragma once
@@ -19,8 +19,8 @@ inline namespace RVE_ISA {
   /// Fixed-point scale for a sum of at most `terms` numbers of magnitude at most `bound`.
   ///
   /// |sum| < 2⁶² by construction, so that a sum cannot wrap. The caller must check that every term
-  /// is finite and within the bound. The resolution is bound * terms * 2⁻⁶¹ or better (3e-15 of the
-  /// largest term with 10⁴ terms).
+  /// is finite and within the bound. The unit is at most bound * terms * 2⁻⁶¹. For 10⁴ terms this
+  /// is 4.4e-15 times the bound.
   class FixedScale {
    public:
     FixedScale() = default;
@@ -29,7 +29,7 @@ inline namespace RVE_ISA {
       int exponent = 0;
       std::frexp(bound * static_cast<double>(terms), &exponent);    // bound * terms < 2^exponent
       exponent = 62 - exponent;
-      // 2^±1000 are normal numbers.
+      // This limit keeps both powers of two normal numbers.
       exponent = exponent < -1000 ? -1000 : exponent > 1000 ? 1000 : exponent;
       per_unit_ = std::ldexp(1.0, exponent);
       unit_ = std::ldexp(1.0, -exponent);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Exceptions of a team of threads. An exception that leaves an OpenMP region ends the program.
+// Passes an exception from a parallel loop to the code after the loop, since an exception that
+// leaves an OpenMP region ends the program.
 
 #pragma once
 
@@ -8,7 +9,8 @@
 
 namespace rve {
 
-/// Stores the exception of the lowest item of a parallel loop until the loop has ended.
+/// Stores an exception of a parallel loop until the loop has ended. If several items throw, it
+/// keeps the exception of the item with the lowest index.
 class FirstError {
  public:
   /// Runs body() and stores its exception for `item`. Several threads may call it.

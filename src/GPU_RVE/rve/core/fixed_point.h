@@ -60,9 +60,10 @@ inline namespace RVE_ISA {
   {
 #if defined(__CUDA_ARCH__)
     if constexpr (std::is_same_v<Integer, std::int64_t>) {
-      // The conversion instruction for 64 bits has a low throughput. Instead each half of q becomes
-      // the trailing bits of a double that begins with a power of two. The subtraction of the
-      // powers is exact, so that only the sum of both halves is rounded.
+      // The conversion instruction for 64 bits has a low throughput. Instead each half of q is
+      // added to a power of two, by writing its 32 bits into the trailing mantissa bits of a
+      // double. The subtraction of these powers is exact, so that only the sum of both halves is
+      // rounded.
       constexpr int two_to_84 = 0x45300000, two_to_52 = 0x43300000;
       const int high = static_cast<int>(q >> 32), low = static_cast<int>(q);
       const double upper = __hiloint2double(two_to_84, high ^ static_cast<int>(0x80000000u)),
@@ -73,8 +74,8 @@ inline namespace RVE_ISA {
     return static_cast<Real>(q);
   }
 
-  /// Returns the difference of two fractions to the nearest periodic image, in units of
-  /// fraction_unit. Wrapping subtraction of integers gives this difference.
+  /// Returns `to` - `from` for the nearest periodic image of `to`, in units of fraction_unit. For
+  /// integers, wrapping subtraction gives this difference.
   template <class Numbers>
   RVE_INLINE typename Numbers::Wide nearest_image(typename Numbers::Coordinate to,
                                                   typename Numbers::Coordinate from)
@@ -104,8 +105,8 @@ inline namespace RVE_ISA {
     return FloatFraction{fraction < 1.0f ? fraction : 0.0f};
   }
 
-  /// Moves a fraction by a displacement in units of fraction_unit. The displacement saturates at
-  /// half a cell, so that a larger one does not wrap to a small apparent motion.
+  /// Moves a fraction by a displacement in units of fraction_unit. Displacements saturate at half a
+  /// cell, so that a larger displacement does not wrap to a small apparent motion.
   template <class Numbers>
   RVE_INLINE void drift(typename Numbers::Coordinate &s, typename Numbers::Wide displacement)
   {

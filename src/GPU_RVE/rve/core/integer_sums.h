@@ -11,9 +11,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// wrapping_sum() and wrapping_difference() return x + y and x - y modulo 2^bits. A force beyond
-  /// the range of the sums is detected only at the end of a call, which is then discarded. Overflow
-  /// must therefore not be undefined behaviour.
+  /// wrapping_sum() and wrapping_difference() return x + y and x - y modulo 2^b, where b is the
+  /// number of bits of Integer. Overflow must not be undefined behaviour: a force beyond the range
+  /// of the sums is detected only at the end of a call, whose results are then discarded.
   template <class Integer> RVE_INLINE Integer wrapping_sum(Integer x, Integer y)
   {
     using Bits = std::make_unsigned_t<Integer>;

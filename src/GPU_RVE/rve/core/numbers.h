@@ -13,8 +13,9 @@ inline namespace RVE_ISA {
   /// Format `fast`: 32-bit fractions of the cell as coordinates, fp32 for all other numbers, forces
   /// summed in 32 bits.
   struct FastNumbers {
-    using Scalar = FastNumbers;    ///< format of a single number, also for packs
-    /// Format of the leading 32 bits of coordinates, which measure how far a grain has moved.
+    using Scalar = FastNumbers;    ///< format of one lane; here the format itself
+    /// Format with 32-bit coordinates. The leading 32 bits of a coordinate suffice to measure how
+    /// far a grain has moved.
     using Leading = FastNumbers;
     using Coordinate = std::uint32_t;
     using SignedCoordinate = std::int32_t;
@@ -23,7 +24,7 @@ inline namespace RVE_ISA {
     using Real = float;          ///< all other numbers
     using Sum = std::int32_t;    ///< force on a grain
     static constexpr double fraction_unit = 1.0 / 4294967296.0;    // 2^-32
-    static constexpr int sum_bits = 31;                            ///< bits of a force on a grain
+    static constexpr int sum_bits = 31;    ///< bits of a Sum without its sign
   };
 
   /// Format `mixed`: 64-bit fractions; branch vector, gap and tangential history in fp64; other
@@ -52,8 +53,8 @@ inline namespace RVE_ISA {
     using Real = double;
     using Sum = std::int64_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
-    /// A CUDA block stores a sum as two 32-bit limbs, the low 24 bits and the rest
-    /// (block/block_cuda.cuh).
+    /// A CUDA block stores a Sum in two 32-bit numbers: its low 24 bits and its other bits
+    /// (block/block_cuda.cuh). These are enough for 55 bits and a sign.
     static constexpr int sum_bits = 55;
   };
 
@@ -63,9 +64,9 @@ inline namespace RVE_ISA {
   };
 
   /// Format of the paper (Zhao, Zhao & Liang 2021): fp32 for all numbers, also for positions.
-  /// Positions are fractions of the cell instead of the paper's Cartesian coordinates, with the
-  /// same resolution, 2^-24 of the cell. The format is used to study the loss of accuracy, for
-  /// disks on a CPU only.
+  /// Positions are fractions of the cell, whereas the paper has Cartesian coordinates; the
+  /// resolution is the same, 2^-24 of the cell. The format is for studies of the loss of accuracy
+  /// and is available only for disks on a CPU.
   struct SingleNumbers {
     using Scalar = SingleNumbers;
     using Leading = FastNumbers;

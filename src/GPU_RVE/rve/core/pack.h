@@ -36,7 +36,7 @@ inline namespace RVE_ISA {
       return _mm256_fmadd_ps(x, y, z);
     }
     static RVE_INLINE __m256 root(__m256 x) { return _mm256_sqrt_ps(x); }
-    // These are x < y ? x : y and x > y ? x : y, also for NaN and zeros.
+    // The instructions return x < y ? x : y and x > y ? x : y, also for NaN and zeros.
     static RVE_INLINE __m256 smaller(__m256 x, __m256 y) { return _mm256_min_ps(x, y); }
     static RVE_INLINE __m256 larger(__m256 x, __m256 y) { return _mm256_max_ps(x, y); }
     static RVE_INLINE __m256 choose(__m256 truth, __m256 yes, __m256 no)
@@ -74,7 +74,7 @@ inline namespace RVE_ISA {
     Register part[num_registers];
 
     Pack() = default;
-    /// Sets all lanes to x. The form x - 0 keeps all bits of x, also those of -0.
+    /// Sets all lanes to x. The form x - 0 keeps all bits of x, even if x is -0.
     RVE_INLINE explicit Pack(T x)
     {
       for (Register &numbers : part) numbers = x - Register{};
@@ -130,7 +130,7 @@ inline namespace RVE_ISA {
   RVE_PACK_OPERATOR(Pack, -)
   RVE_PACK_OPERATOR(Pack, *)
   RVE_PACK_OPERATOR(Pack, /)
-  // A comparison with a NaN is false in C++, except != .
+  // As for single numbers, a comparison with NaN is false, except != .
   RVE_PACK_OPERATOR(PackTruth, <)
   RVE_PACK_OPERATOR(PackTruth, >)
   RVE_PACK_OPERATOR(PackTruth, <=)

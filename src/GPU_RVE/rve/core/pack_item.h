@@ -15,18 +15,20 @@ inline namespace RVE_ISA {
     int first;
   };
 
-  /// Order in which a thread of a GPU visits its items in registers. A CPU ignores it.
+  /// Way in which a thread of a GPU visits the items that it keeps in registers. A CPU ignores it.
   enum class Visit {
-    /// one after the other, each in its own registers
+    /// The items are visited one after the other. Each item has its own registers.
     Items,
-    /// every register, without a branch; a register without an item has an index of n or more
+    /// The registers of all items are visited without a branch, even if they hold no item. The
+    /// index is then n or larger.
     Registers,
-    /// one after the other by the same code, in the registers of the first item
+    /// The items are visited one after the other by the same code, in the registers of the first
+    /// item.
     InTurn
   };
 
   /// Array with the interface of a resident array (block/block_serial.h), but without copies in
-  /// registers: all functions access the array itself.
+  /// registers: loads and saves do nothing, and the other functions access the array itself.
   template <class T, class Array = T *> struct ItemsInArray {
     Array array;
     RVE_INLINE decltype(auto) operator[](int item) const { return array[item]; }

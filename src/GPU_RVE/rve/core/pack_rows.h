@@ -16,7 +16,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Returns a function that gives the addresses `bytes` after those of the rows.
+  /// Returns a function like `row` that returns addresses `bytes` bytes higher.
   template <class Row> RVE_INLINE auto behind(const Row &row, std::size_t bytes)
   {
     return [&row, bytes](int lane) { return (char *) row(lane) + bytes; };
@@ -42,9 +42,10 @@ inline namespace RVE_ISA {
     x[3] = _mm256_permute2f128_pd(b, d, 0x31);
   }
 
-  /// Transposes part m of the packs x[0], x[1], ... to rows of four numbers. The numbers of a row
-  /// from index `count` on are zero. Register k has the row of lane k of the part; for 32-bit
-  /// numbers its upper half has the row of lane k + 4.
+  /// Transposes register m of the packs x[0], ..., x[3] to rows of four numbers, one row for each
+  /// lane of the register. If x has fewer than four packs (`count`), the last numbers of the rows
+  /// are zero. rows[k] contains the row of lane k. For 32-bit numbers the upper half of rows[k]
+  /// contains the row of lane k + 4.
   template <class T, int N>
   RVE_INLINE void to_rows(const Pack<T, N> *x, int count, int m, RegisterOf<Floating<T>> (&rows)[4])
   {
@@ -107,7 +108,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Loads the first K of four numbers of 32 bits per row. It reads all four.
+  /// Loads the first K of four 32-bit numbers per row. The function reads all four.
   template <int K, class T, class Row> RVE_INLINE void load_fours(const Row &row, Pack<T, 8> *x)
   {
     const auto four = [&](int lane) { return _mm_loadu_ps((const float *) row(lane)); };
@@ -117,7 +118,7 @@ inline namespace RVE_ISA {
     for (int c = 0; c < K; ++c) x[c].part[0] = (RegisterOf<T>) columns[c];
   }
 
-  /// Stores the first K (3 or 4) of four numbers of 32 bits per row.
+  /// Stores the first K (3 or 4) of four 32-bit numbers per row.
   template <int K, class T, class Row>
   RVE_INLINE void store_fours(const Row &row, const Pack<T, 8> *x)
   {
@@ -141,8 +142,8 @@ inline namespace RVE_ISA {
   // ---- rows of K numbers ------------------------------------------------------------------------
 
   /// Loads K numbers per row, in groups of two or four. An incomplete last group is moved back so
-  /// that it overlaps the group before it. Three numbers of 32 bits are read as a group of four,
-  /// with the word after the row.
+  /// that it overlaps the group before it. Three 32-bit numbers are read as a group of four, so
+  /// that the word after each row is read, too.
   template <class T, int N, int K, class Row>
   RVE_INLINE void load_numbers(const Row &row, Vec<Pack<T, N>, K> &x)
   {
@@ -169,7 +170,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Loads rows of two numbers of one type and two of another.
+  /// Loads rows with two numbers of type T followed by two numbers of type U.
   template <class T, class U, int N, class Row>
   RVE_INLINE void load_row(const Row &row, Vec<Pack<T, N>, 2> &first, Vec<Pack<U, N>, 2> &second)
   {
@@ -213,8 +214,8 @@ inline namespace RVE_ISA {
     _mm256_store_si256(four, _mm256_add_epi64(_mm256_load_si256(four), x));
   }
 
-  /// Adds the numbers of each lane to its row, one lane after the other: several lanes may have the
-  /// same row.
+  /// Adds the numbers of each lane to its row. The lanes are processed one after the other, since
+  /// several lanes can have the same row.
   template <class T, int N, int K, class Row>
   RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<T, N>, K> &x)
   {
@@ -234,7 +235,7 @@ inline namespace RVE_ISA {
       }
   }
 
-  /// Loads the consecutive rows of N lanes and sets them to zero.
+  /// Loads the consecutive rows of N lanes, and sets the rows in memory to zero.
   template <class T, int N, int K> RVE_INLINE void take_rows(T *rows, Vec<Pack<T, N>, K> &sum)
   {
     constexpr int length = K <= 4 ? 4 : 8;
@@ -242,7 +243,7 @@ inline namespace RVE_ISA {
     for (int k = 0; k < length; ++k) Pack<T, N>(T(0)).store(rows + N * k);
   }
 
-  /// Adds the integers of N grains to `sum` and sets them to zero.
+  /// Adds the integers of N grains in `array` to `sum`, and sets them in `array` to zero.
   template <class T, int N> RVE_INLINE void take_numbers(T *array, Pack<T, N> &sum)
   {
     sum = wrapping_sum(sum, Pack<T, N>::load(array));
@@ -251,7 +252,7 @@ inline namespace RVE_ISA {
 
   // ---- consecutive structs ----------------------------------------------------------------------
 
-  /// Loads three floats per lane.
+  /// Loads three floats per lane, from consecutive structs of three floats.
   RVE_INLINE void load_triples(const float *from, Vec<Pack<float, 8>, 3> &x)
   {
     const auto two = [&](int k) {
@@ -280,8 +281,9 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Loads a struct of packs P, or one such pack, from `single`, an array with the struct of each
-  /// lane. Both structs have K members, all of one number type.
+  /// Loads a struct of packs from `single`, an array with one struct of numbers for each lane.
+  /// Record has K packs of type P, and Single has K numbers, all of the same type. If K is 1,
+  /// Record can be a pack and Single a number.
   template <class Record, class P, class Single>
   RVE_INLINE Record load_records(const Single *single)
   {

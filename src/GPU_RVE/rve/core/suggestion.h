@@ -39,8 +39,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b)
 }
 
 /// Returns the known words that are similar to `word`, at most three, the most similar first. A
-/// known word is similar if at most a third of the letters differ, or if one of the two words
-/// begins with the other.
+/// known word is similar if about a third of the letters or fewer differ. It is also similar if one
+/// of the two words has at least three letters and the other one begins with it.
 inline Words nearest_words(std::string_view word, const Words &known)
 {
   const auto begins = [](std::string_view whole, std::string_view part) {
@@ -72,9 +72,9 @@ inline std::string did_you_mean(std::string_view word, const Words &known,
   return text + (near.empty() ? "" : "?");
 }
 
-/// Returns "unknown keyword 'frition'; did you mean friction?". If the word is a number, the
-/// message says instead that a keyword was expected after `before`, the previous keyword with its
-/// values.
+/// Returns "unknown keyword 'frition'; did you mean friction?". If the word is a number and
+/// `before` is not empty, the message says instead that a keyword was expected after `before`.
+/// `before` is the previous keyword with its values.
 inline std::string unknown_keyword(std::string_view word, const Words &known,
                                    const std::string &before = "")
 {

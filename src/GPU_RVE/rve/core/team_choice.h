@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Chooses between one thread and all threads for light work, that is for short loops that are
 // repeated often. If other programs use the cores, a thread that is not scheduled delays the end of
-// each loop by milliseconds. The number of free cores is unknown, so that both ways are timed
+// each loop by milliseconds. The number of free cores is unknown, so that both choices are timed
 // occasionally.
 
 #pragma once
@@ -12,7 +12,7 @@ namespace rve {
 
 /// Times loops in windows of WINDOW loops. The pace [s per item] of one thread, or of all threads,
 /// is a weighted mean over the last windows with this choice. The first choice is one thread. The
-/// first loop after a change is not representative, since it wakes threads.
+/// first loop after a change does not count for the pace, since it wakes threads.
 class TeamChoice {
  public:
   /// Returns true if one thread does the next loop.
@@ -37,24 +37,25 @@ class TeamChoice {
 
  private:
   static constexpr int WINDOW = 64;        ///< loops
-  static constexpr int LEAST_LOOPS = 8;    ///< number of loops before a slow pace may end a trial
-  /// The tried way is chosen if its time per item is below BETTER times that of the usual way. A
-  /// trial ends early if its time per item is above CLEARLY_WORSE times that of the usual way.
+  static constexpr int LEAST_LOOPS = 8;    ///< number of loops before a slow pace can end a trial
+  /// A trial runs loops with the other choice. This choice is kept if its pace is below BETTER
+  /// times the pace of the usual choice. A trial ends early if its pace is above CLEARLY_WORSE
+  /// times the pace of the usual choice.
   static constexpr double BETTER = 0.9, CLEARLY_WORSE = 4.0;
-  /// Weights of a window in the mean, for a window that was slower or faster than the mean. Once in
-  /// about a thousand loops a thread is not scheduled for milliseconds. The one window that
-  /// contains this loop must not decide the choice.
+  /// Weights of a window in the mean, for a window that was slower or faster than the mean. In
+  /// about one of a thousand loops a thread is not scheduled for milliseconds. A single window with
+  /// such a loop must not decide the choice.
   static constexpr double SLOWER = 0.125, FASTER = 0.25;
-  /// The time until the next trial is REST times the loss of the last trial, and at least
-  /// LEAST_REST windows.
+  /// The time until the next trial is REST times the time that the last trial lost compared with
+  /// the usual choice, and at least LEAST_REST windows.
   static constexpr double REST = 100.0;
   static constexpr int LEAST_REST = 16;
 
   double pace() const { return seconds_ / items_; }    ///< pace of the current window [s per item]
   double &known(bool alone) { return known_[alone ? 0 : 1]; }
 
-  /// Updates the mean by the current window. The window replaces the mean if it is the first
-  /// window, or if `is_all` is set, after a trial that ended early.
+  /// Updates the mean pace by the pace of the current window. The pace of the window replaces the
+  /// mean if no mean is known yet, or if `is_all` is true. A trial that ended early sets `is_all`.
   void learn(bool is_all)
   {
     double &known_pace = known(alone_);
@@ -104,11 +105,11 @@ class TeamChoice {
 
   bool alone_ = true, trial_ = false, has_changed_ = true;
   int loops_ = 0;
-  double items_ = 0.0, seconds_ = 0.0, waking_seconds_ = 0.0;    ///< of the current window
+  double items_ = 0.0, seconds_ = 0.0, waking_seconds_ = 0.0;    ///< sums of the current window
   /// Paces of one thread and of the team; 0 if not known yet [s per item].
   double known_[2] = {0.0, 0.0};
   double window_seconds_ = 0.0;    ///< length of the last window outside trials
-  double patience_ = 0.0;          ///< light work until the next trial [s]
+  double patience_ = 0.0;          ///< time of light work until the next trial [s]
 };
 
 }    // namespace rve

@@ -39,18 +39,19 @@ inline int usable_threads(int requested)
 #endif
 }
 
-/// Largest number of threads that team_for() returns in this process. If a GPU does the long work,
-/// host threads mostly spin until the next short loop. If they occupy all cores, a loop sometimes
-/// has to wait for a thread that is not scheduled.
+/// Largest number of threads that team_for() returns in this process. fix rve lowers it if a GPU
+/// does the long work. Host threads then mostly spin until the next short loop. If they occupied
+/// all cores, a loop would sometimes have to wait for a thread that is not scheduled.
 inline std::atomic<int> &most_in_a_team()
 {
   static std::atomic<int> most{MOST_THREADS};
   return most;
 }
 
-/// Returns the number of threads for `items` points, nodes or RVEs: all, or one if waking the
-/// others takes longer than the work. It never returns a number in between: if a team is smaller
-/// than the previous one, libgomp ends the other threads and creates new ones for the next team.
+/// Returns the number of threads for `items` points, nodes or RVEs: all threads, or one if waking
+/// the others takes longer than the work. The function never returns a number in between: if a team
+/// is smaller than the previous one, libgomp ends the other threads and creates new ones for the
+/// next team.
 inline int team_for(int items, int threads)
 {
   constexpr int WORTH_A_TEAM = 512;
@@ -58,8 +59,8 @@ inline int team_for(int items, int threads)
 }
 
 /// Times a loop of light work over points, nodes or RVEs during its lifetime. `team` is the number
-/// of threads for the loop: one for few items, as in team_for(), and one or all for many items,
-/// whichever has been faster. All loops of the calling thread share one TeamChoice.
+/// of threads for the loop. For few items it is one, as in team_for(). For many items it is one or
+/// all, whichever has been faster. All loops of the calling thread share one TeamChoice.
 class LightWork {
  public:
   LightWork(int items, int threads) : items_(items), team(choose(items, threads))
@@ -113,8 +114,8 @@ inline int team_size()
 #endif
 }
 
-/// Share of the current thread in `count` items. It is the same in every region of the same team,
-/// so that its items stay in its caches.
+/// Share of the current thread in `count` items. In all regions with the same team a thread has the
+/// same share, so that its items stay in its caches.
 struct ThreadShare {
   int begin, end;
   explicit ThreadShare(int count)

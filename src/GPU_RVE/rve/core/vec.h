@@ -81,9 +81,9 @@ inline namespace RVE_ISA {
     return spin[k];
   }
 
-  /// dot() and cross() fuse products and sums, which is allowed since no result of the engine
-  /// depends on the order of their terms. If both arguments change sign, the result keeps its bits.
-  /// cross(x, y) and -cross(y, x) may differ in the last bit.
+  /// dot() and cross() fuse products and sums. This is allowed since no result of the engine relies
+  /// on equal bits for another order of the terms. If both arguments change sign, the result keeps
+  /// its bits. cross(x, y) and -cross(y, x) can differ in the last bit.
   template <class T, int D> RVE_INLINE T dot(const Vec<T, D> &x, const Vec<T, D> &y)
   {
     T sum = x[0] * y[0];

@@ -18,8 +18,8 @@ namespace {
   constexpr double STRESS_ERROR = 1e-3;
 
   // Smallest increment of a single-precision tangential force in a DEM step, in units in the last
-  // place of the force. The rounding error of an addition is half a unit, here less than 1 % of the
-  // increment.
+  // place of the force. The rounding error of an addition is half a unit, which is less than 1 % of
+  // 64 units.
   constexpr double UNITS_PER_STEP = 64.0;
 
   /// Returns true if tangential forces are stored in fp32.
@@ -52,7 +52,7 @@ double smallest_overlap(Format format, double grains_along_edge)
 {
   switch (format) {
     case Format::Single:
-      // The error is the rounding of positions, which grows with the size of the cell.
+      // The rounding error of positions dominates. It grows with the size of the cell.
       return grains_along_edge * 0x1p-24 / STRESS_ERROR;
     case Format::Fast:
       return 0x1p-24 / STRESS_ERROR;
@@ -85,7 +85,7 @@ template <int D>
 double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive, double mode_error)
 {
   double most = 0.0;
-  if (drive.num_modes > 0) {    // the largest component of a mode is its amplitude
+  if (drive.num_modes > 0) {    // the largest component of a mode equals its amplitude
     const Tensor<double, D> steered = result.servo_velocity_gradient - drive.velocity_gradient;
     for (const double rate : steered.component) most = std::max(most, std::fabs(rate));
     return most < (1.0 - 1e-9) * drive.servo_max_rate ? 0.0 : mode_error;

@@ -13,7 +13,7 @@ namespace rve {
 ///     df = (k_n l eps_nn - f_t eps_nt) n + (k_t l - f_n) eps_nt t,
 /// V is the volume of the cell. A contact has the branch vector b of length l, the normal n, the
 /// tangent t, the force f = -f_n n + f_t t on its grain `first`, and the spring stiffnesses k_n and
-/// k_t. Its strains are eps_nn = n.eps n and eps_nt = t.eps n. The terms are the springs, the
+/// k_t. Its strains are eps_nn = n.eps n and eps_nt = t.eps n. The terms describe the springs, the
 /// rotation of contact forces, the stretch of branch vectors and the change of volume. The tangent
 /// is Voigt's upper bound of the elastic stiffness. It is exact for the first step of an RVE at
 /// rest.
@@ -40,8 +40,8 @@ template <int D> struct AffineStiffnessOf {
 };
 using AffineStiffness = AffineStiffnessOf<2>;
 
-/// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped
-/// [-].
+/// Largest ratio of the mean unbalanced force to the mean contact force at which an RVE counts as
+/// at rest and may become quiescent [-].
 constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 
 /// Diagnostic evaluation of an RVE at the end of its DEM steps.

@@ -9,8 +9,8 @@
 
 namespace rve {
 
-/// Returns true if a call has failed, and a repetition with longer lists or a coarser force scale
-/// may succeed.
+/// Returns true if a call has failed because of a full list or a force scale that is too fine. A
+/// repetition with longer lists or a coarser force scale can succeed.
 template <int D> RVE_HD bool must_repeat(const AnswerRecord<D> &answer)
 {
   return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
@@ -22,7 +22,7 @@ template <int D> RVE_HD bool is_sound(const AnswerRecord<D> &answer)
   return (answer.status & status::Fatal) == 0 && !must_repeat(answer);
 }
 
-/// Returns the mean unbalanced force over the mean contact force [-].
+/// Returns the ratio of the mean unbalanced force of a grain to the mean contact force [-].
 template <int D> RVE_HD double unbalanced_ratio(const DetailRecord<D> &record)
 {
   return record.contact_force_sum > 0.0 ? (record.grain_force_sum / record.num_grains) /
@@ -53,7 +53,8 @@ template <int D> RVE_HD EvaluationOf<D> to_evaluation(const DetailRecord<D> &rec
           stiffness_of(record)};
 }
 
-/// Returns the details of an RVE whose call failed. The call has not changed the RVE.
+/// Returns the details of an RVE whose call failed, from its header. The call has not changed the
+/// RVE.
 template <int D> DetailRecord<D> details_of(const StateHeader<D> &header)
 {
   DetailRecord<D> record = DetailRecord<D>();

@@ -22,7 +22,7 @@ namespace rve {
 namespace {
 
   /// Largest number of repetitions of a call before the RVE fails. Each repetition coarsens the
-  /// force scale by a factor of 16, and 16^8 corrects any initial guess.
+  /// force scale by a factor of 16. Eight repetitions, a factor of 16^8, correct any initial guess.
   constexpr int MAX_REPEATS = 8;
 
   /// Returns the number of host threads that convert data between the caller and the records.
@@ -31,8 +31,8 @@ namespace {
     return options.threads > 0 ? options.threads : omp_get_max_threads();
   }
 
-  /// Number of RVEs that a thread converts at a time. Their increments and answers fit into the
-  /// caches of a core.
+  /// Number of RVEs that a thread converts at a time. The increments and answers of so many RVEs
+  /// fit into the caches of a core.
   constexpr int RVES_OF_PART = 64;
 
   /// Calls f(begin, end) for parts of the present thread's share of `count` items.
@@ -67,7 +67,7 @@ BatchEngine<D>::BatchEngine(const Options &options_in) :
     options(options_in), constants(to_constants(options_in)),
     memory_layout(memory_variant(options_in.contacts))
 {
-  needs.dashpots = options.arms == Arms::Lammps;    // kernel variants with dashpots have them
+  needs.dashpots = options.arms == Arms::Lammps;    // these arms need a variant with dashpots
   needs.has_bookkeeping = options.track_energy;
 }
 
@@ -461,7 +461,8 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
     }
   }
 
-  // If a call fails in the end, its repetitions leave the header unchanged.
+  // If the call of an RVE fails in spite of the repetitions, the header gets back its former
+  // values.
   for (const auto &[k, header_before] : before) {
     if (!(repeated[k].status & status::Fatal)) continue;
     StateHeader<D> header = get_header(rves[k]);
@@ -521,7 +522,7 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
           "a sufficient time step must be positive and finite, got ", enough, " [time]");
   DriveOf<D> evaluation;
   evaluation.dt = enough;
-  // The array is kept, since it is large and its contents rarely change from call to call.
+  // The array is kept, since it is large and `enough` rarely changes from call to call.
   if (!drives_of_bounds.empty() && drives_of_bounds.front().dt != enough) drives_of_bounds.clear();
   drives_of_bounds.resize(rves.size(), evaluation);
   Answers all = start(rves, drives_of_bounds, Answer::TimeStep);

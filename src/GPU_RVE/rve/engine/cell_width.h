@@ -9,10 +9,10 @@
 
 namespace rve {
 
-/// Returns how far the cell may be compressed: the smallest ratio of compressed to present width
-/// for each pair of opposite faces, x first [-]. Below that ratio half of the width is smaller than
-/// the largest distance of a listed pair. A grain could then touch two images of another grain, and
-/// the RVE fails. `skin` as in Options [length].
+/// Returns how far the cell can be compressed: for each pair of opposite faces, x first, the
+/// smallest allowed ratio of the compressed width to the present width [-]. Below that ratio half
+/// of the width is smaller than the largest distance of a listed pair. A grain could then touch two
+/// images of another grain, so the RVE would fail. `skin` as in Options [length].
 template <int D>
 std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double skin);
 

@@ -24,8 +24,9 @@ template <KernelVariant variant> auto law_of_script(const Material &material)
   return law;
 }
 
-/// Returns work(law) for the contact law of a material of disks or spheres with all its features,
-/// in `double` and in units of the script.
+/// Calls work(law) and returns its result. `law` is the contact law of a material of disks or
+/// spheres, with rolling resistance where the law supports it, in `double` and in units of the
+/// script.
 template <int D = 2, class Work> auto with_law(const Material &material, const Work &work)
 {
   return with_variant<D>(richest_variant(material.law, D), [&](auto variant) {
@@ -45,8 +46,8 @@ inline double reach_of(const Material &material)
   return with_law(material, [&](const auto &law) { return law.reach(material); });
 }
 
-/// Returns the length that turns a pressure into a force per length when multiplied by it: the
-/// thickness of disks, the diameter of spheres [length].
+/// Returns the length by which a pressure is multiplied to give a force per length: the thickness
+/// of disks, or the diameter of spheres [length].
 template <int D> double loaded_depth(const Material &material, double diameter)
 {
   return D == 2 ? material.thickness : diameter;
@@ -55,8 +56,9 @@ template <int D> double loaded_depth(const Material &material, double diameter)
 /// Returns overlap / diameter of two equal grains that a pressure p presses together [-]. The
 /// contact force is p h d for disks of diameter d and thickness h, and p d^2 for spheres. Linear
 /// springs of stiffness k_n give p h / k_n for disks and p d / k_n for spheres. The mean overlap /
-/// sum of radii of a packing is similar: 0.9 of this value for frictionless stiff disks, 0.6 of it
-/// at an overlap of 0.1, and a quarter more for loose packings.
+/// sum of radii of a packing is similar. For frictionless stiff disks it is 0.9 of the returned
+/// value. At an overlap of 0.1 it is 0.6 of the returned value, and in loose packings it is a
+/// quarter larger.
 template <int D = 2> double contact_strain(double pressure, const Material &material, double radius)
 {
   return with_law<D>(material, [&](const auto &law) {

@@ -49,7 +49,7 @@ namespace {
     }
     measures.strong = strong / count;
     if (strong > 0.0) measures.sliding_strong = strong_that_slide / strong;
-    // Equal forces may all exceed their rounded mean.
+    // Equal forces can all exceed their rounded mean, so that no contact is weak.
     if (strong < count) measures.sliding_weak = weak_that_slide / (count - strong);
   }
 
@@ -63,7 +63,7 @@ namespace {
       normals = normals + share * dyad(contact.geometry.normal, contact.geometry.normal);
     measures.contact = 1.0 / SHARE<D> * deviator(normals);
 
-    // The weights give all directions the same influence, however many contacts they have.
+    // The weights give all directions the same influence, whatever their number of contacts.
     Matrix branches = Matrix::zero(), normal_forces = Matrix::zero(),
            tangential_forces = Matrix::zero();
     for (const SpringContactOf<D> &contact : contacts) {

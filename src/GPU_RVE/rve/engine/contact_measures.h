@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Averages over the contacts of a state: distributions of normals, branch vectors and forces over
-// directions, the elastic energy of each kind of spring, and sliding contacts. They are computed on
-// the host in double precision from contact_network.h, without dashpots.
+// Statistics of the contacts of a state: distributions of normals, branch vectors and forces over
+// directions, the elastic energy of each kind of spring, and shares of sliding contacts. They are
+// computed on the host in double precision from the contacts that contact_network.h finds, without
+// dashpots.
 
 #pragma once
 
@@ -9,17 +10,18 @@
 
 namespace rve {
 
-/// Directional distributions. The density of contacts over their normals n is 1 + C_ij n_i n_j,
-/// relative to an isotropic packing. The averages over contacts of normal n are
+/// Directional distributions. The density of contacts with the normal n, divided by that of an
+/// isotropic packing, is 1 + C_ij n_i n_j. The averages over contacts of normal n are
 ///     branch l (1 + B_ij n_i n_j),  normal force f (1 + N_ij n_i n_j),
 ///     tangential force f (T_ij n_j - T_kl n_k n_l n_i),
-/// to second order in n. The tensors C, B, N and T [-] are traceless (Ouadfel and Rothenburg 2001,
-/// Mech. Mater. 33, 201; in the plane Rothenburg and Bathurst 1989, Geotechnique 39, 601). Normal
-/// forces are positive in repulsion.
+/// to second order in n. Here l is the mean branch length [length] and f the mean normal force
+/// [force]. The tensors C, B, N and T [-] are traceless (Ouadfel and Rothenburg 2001, Mech. Mater.
+/// 33, 201; in the plane Rothenburg and Bathurst 1989, Geotechnique 39, 601). Normal forces are
+/// positive in repulsion.
 ///
 /// As in LAMMPS' compute fabric, T is computed from |f_t| n_i n_j and not from f_t,i n_j. So T
-/// describes how the magnitude of tangential forces depends on the contact direction. It does not
-/// describe the direction of the forces. All values are zero without contacts.
+/// describes how the magnitude of tangential forces depends on the contact direction. T does not
+/// describe the direction of the forces. All measures are zero without contacts.
 template <int D> struct ContactMeasuresOf {
   using Matrix = Tensor<double, D>;
 
@@ -30,10 +32,10 @@ template <int D> struct ContactMeasuresOf {
   double mean_branch = 0.0;                    ///< l, mean over directions [length]
   double mean_normal_force = 0.0;              ///< f, mean over directions [force]
 
-  /// `strong` is the share of strong contacts among all contacts, `sliding_strong` the share of
-  /// strong contacts that slide, `sliding_weak` the share of weak contacts that slide [-] (SLIDING
-  /// of contact_network.h). Strong contacts bear more than the mean normal force of all contacts
-  /// (Radjai, Wolf, Jean and Moreau 1998, Phys. Rev. Lett. 80, 61).
+  /// A strong contact bears more than the mean normal force of all contacts (Radjai, Wolf, Jean and
+  /// Moreau 1998, Phys. Rev. Lett. 80, 61). `strong` is the share of strong contacts among all
+  /// contacts. `sliding_strong` and `sliding_weak` are the shares of sliding contacts (SLIDING in
+  /// contact_network.h) among the strong contacts and among the weak contacts [-].
   double strong = 0.0, sliding_strong = 0.0, sliding_weak = 0.0;
 
   /// Energy of each kind of spring [force length]. The normal part includes the energy of the

@@ -39,7 +39,7 @@ std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension, bool la
   for (const MaterialParameter &parameter : MATERIAL_PARAMETERS)
     if (parameter.is_of(law, dimension) && parameter.later == later)
       members.push_back(parameter.member);
-  // Records contain parameters in the order of their addresses.
+  // Restart records contain the parameters in the order of the members of MaterialNumbers.
   static constexpr MaterialNumbers SOME{};
   std::sort(members.begin(), members.end(), [](MaterialMember a, MaterialMember b) {
     return std::less<const double *>()(&(SOME.*a), &(SOME.*b));

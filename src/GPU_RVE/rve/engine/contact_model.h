@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Common contact model of a batch. The model is known when the packings have been read, before an
-// engine exists.
+// Contact model that all RVEs of a batch have in common. It is determined from the packings before
+// the engine is created.
 
 #pragma once
 
@@ -15,14 +15,15 @@ namespace rve {
 
 template <int D> struct RveStateOf;
 
-/// Contact law, and whether pairs store rolling forces and twisting moments. The memory layout of
-/// an RVE and its kernel variants follow from the contact model.
+/// Contact law and dimension of RVEs. `rolling` is true if pairs store rolling forces and twisting
+/// moments. The memory layout of an RVE and its kernel variants follow from the contact model.
 struct ContactModel {
   ContactLaw law = ContactLaw::Linear;
   bool rolling = false;
   int dimension = 2;    ///< dimension of the RVEs: disks or spheres
 
-  /// Returns true if an engine of this model accepts RVEs that need the model `need`.
+  /// Returns true if an engine with this contact model accepts RVEs that need the contact model
+  /// `need`.
   bool serves(const ContactModel &need) const
   {
     return dimension == need.dimension && law == need.law && (rolling || !need.rolling);
@@ -45,8 +46,8 @@ template <int D> ContactModel contacts_of(const RveStateOf<D> &state)
   return {state.material.law, contacts_of(state.material).rolling || state.has_rolling_forces(), D};
 }
 
-/// Returns the contact model that several RVEs need together. Throws InputError with the names of
-/// two RVEs if their laws differ.
+/// Returns the smallest contact model that serves all of these RVEs. Throws InputError with the
+/// names of two RVEs if their laws differ.
 template <int D>
 ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
                          const std::function<std::string(int)> &name = {})
@@ -68,12 +69,12 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
   return all;
 }
 
-/// Returns the law with this word. Throws InputError with the known words if there is none.
+/// Returns the contact law with this name. Throws InputError with the known names if there is none.
 ContactLaw contact_law_of(const std::string &word);
 
 /// Returns the material parameters of a contact law for disks or spheres, in the order of restart
-/// records. With `later` these are the parameters that only newer records contain
-/// (MaterialParameter::later), otherwise the parameters that all records contain.
+/// records. If `later` is true, they are the parameters that only newer records contain
+/// (MaterialParameter::later). Otherwise they are the parameters that all records contain.
 std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension = 2, bool later = false);
 
 }    // namespace rve

@@ -79,9 +79,9 @@ template <int D> ContactSite site_of(const RveStateOf<D> &state, const TouchingP
 
 template <int D> void forget_absurd_force(RveStateOf<D> &state)
 {
-  // Forces during a call may exceed those at its end by collisions or dashpots. A factor of 2^10 is
-  // allowed for this. Without contacts the limit is the force of two of the largest grains at an
-  // overlap as large as their radius.
+  // Collisions or dashpots can make forces during a call larger than the forces at its end. A
+  // factor of 2^10 is allowed for this. Without contacts the limit is the force of two of the
+  // largest grains at an overlap as large as their radius.
   constexpr double SURPRISE = 1024.0;
   const double radius = *std::max_element(state.radius.begin(), state.radius.end());
   const ContactSite deepest{radius, radius, radius};

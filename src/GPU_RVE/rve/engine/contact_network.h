@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Search of the contacts of a state, on the host in double precision. File output and the stability
-// bound use it, and it is a slow, plain reference. The engine has its own lists.
+// bound use it. The code is simple and slow; the engine has its own lists.
 
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace rve {
 
-/// Two overlapping grains, first < second.
+/// Two grains that overlap or act on each other at a distance; first < second.
 template <int D> struct TouchingPairOf {
   int first;
   int second;
@@ -26,22 +26,22 @@ using TouchingPair = TouchingPairOf<2>;
 template <int D> ContactSite site_of(const RveStateOf<D> &state, const TouchingPairOf<D> &contact);
 
 /// Returns all pairs of the state that act on each other, ordered by first, then second. The cost
-/// is O(N) where the cell is at least three contact distances wide, and O(N^2) below. Grains with
+/// is O(N) if the cell is at least three contact distances wide, otherwise O(N^2). Grains with
 /// coinciding centres have no normal and are skipped.
 template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &state);
 
 /// Resets state.largest_contact_force if it is far above the forces of the present contacts. A file
-/// may contain such a value. Its force scale would resolve none of the present forces. After the
-/// reset the engine starts from its own estimate.
+/// can contain such a value. The force scale of the engine would then be too coarse for the present
+/// forces. After the reset the engine starts from its own estimate.
 template <int D> void forget_absurd_force(RveStateOf<D> &state);
 
-/// Returns the stored pairs of these contacts as seen from their first grains; zeros where the
-/// state has none.
+/// Returns the pair of the state for each contact. The forces and moments are those on the first
+/// grain of the contact. A contact without a pair in the state gets a pair of zeros.
 template <int D>
 std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
                                         const std::vector<TouchingPairOf<D>> &contacts);
 
-/// Forces of springs that pairs store, as seen from the first grain.
+/// Spring forces that a pair stores. They act on the first grain.
 template <int D> struct SpringForcesOf {
   using Force = std::conditional_t<D == 2, double, Vec<double, D>>;
   /// Force on the first grain across the normal [force]; for disks along t = (-n_y, n_x) with n
@@ -75,9 +75,9 @@ using SpringContact = SpringContactOf<2>;
 /// Returns all contacts of the state in the order of find_contacts().
 template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveStateOf<D> &state);
 
-/// Mobilized friction above which a contact counts as sliding [-]. A run compares forces in the
-/// number format of its engine. The normal force here is recomputed from positions in double
-/// precision. In format fast it differs from that of the run by less than 1e-3 of its value.
+/// Mobilized friction above which a contact counts as sliding [-]. The threshold is below 1, since
+/// the normal force is recomputed here from positions in double precision. It differs from the
+/// normal force of a run in format fast by less than 1e-3 of its value.
 constexpr double SLIDING = 0.999;
 
 /// Returns Love's stress of the springs, without dashpots, tension positive [stress].

@@ -50,7 +50,7 @@ namespace {
     return narrowest;
   }
 
-  /// Returns true if the nearest image of a grain at `to`, seen from `from`, is in the previous or
+  /// Returns true if the image of a grain at `to` that is nearest to `from` is in the previous or
   /// the next cell.
   bool leaves_the_cell(std::uint64_t from, std::uint64_t to)
   {
@@ -71,9 +71,10 @@ namespace {
     return std::ldexp(static_cast<double>(static_cast<std::int64_t>(difference)), -64);
   }
 
-  /// Returns the most common offset from a grain i to its copy i + `stride`, in units of 1/`copies`
-  /// of the cell vectors. Lattice reduction adds whole multiples of cell vectors to each other, so
-  /// offsets stay multiples of that unit. Returns nothing if no offset has a majority.
+  /// Returns the offset that more than half of the grains i have to their copies i + `stride`, in
+  /// units of 1/`copies` of the cell vectors; nothing if no offset has a majority. Lattice
+  /// reduction adds whole multiples of cell vectors to each other, so offsets stay multiples of
+  /// that unit.
   template <int D>
   std::optional<std::array<int, D>> place_of_copies(const RveStateOf<D> &state, int copies,
                                                     int stride)
@@ -100,7 +101,8 @@ namespace {
     return std::nullopt;
   }
 
-  /// Returns the length of the shortest sum of this offset and whole cell vectors [length].
+  /// Returns the length of the offset from a grain to the nearest periodic image of its copy
+  /// [length].
   template <int D>
   double least_distance(const Tensor<double, D> &cell, const std::array<int, D> &parts, int copies)
   {

@@ -22,8 +22,8 @@ namespace {
   constexpr int LARGEST_BLOCK = 1024;
   constexpr int kMostPreparedTogether = 16;           ///< calls that one block prepares
   constexpr std::size_t kPrepareMemory = 32 << 10;    ///< shared memory of that block [bytes]
-  /// Device memory beyond the buffers [bytes]: RVEs are cut from slabs of 64 MB, and the first
-  /// launch allocates memory for code and stacks.
+  /// Device memory that is needed in addition to the buffers [bytes]: a slab of 64 MB from which
+  /// RVEs are cut can be partly unused, and the first launch allocates memory for code and stacks.
   constexpr std::size_t kSlack = std::size_t(256) << 20;
 
   /// Returns the smallest number of blocks of `threads` threads that have a thread for each of
@@ -100,7 +100,8 @@ namespace {
       launch.most_cost = static_cast<double>(call.options.is_adaptive ? call.options.adaptive.most
                                                                       : call.options.substeps) *
           largest_of_call;
-      // Two buffers alternate, since the answers of the previous call may not have been read yet.
+      // Two buffers alternate, since the records of the previous call can still be unread, and
+      // quiescent RVEs keep these records.
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
       launch.drives_before = planned_drives[drives_in_use].reserve(count);
       launch.rest = may_be_quiescent ? rest_buffer.reserve(count) : nullptr;
@@ -122,9 +123,9 @@ namespace {
     {
       const PlanOptions &asked = increments_of_call.options;
       const bool knows_steps = !asked.is_adaptive || steps_before > 0;
-      // An early launch requires several successive plans without CallFindings::held. A single one
-      // does not suffice: an RVE that was evaluated and not at rest is never evaluated in the next
-      // step.
+      // An early launch requires that CallFindings::held was zero in several successive plans. A
+      // single plan does not suffice: an RVE that was evaluated and found moving is never evaluated
+      // in the next step.
       constexpr int AS_EXPECTED = 8;
       if (!knows_steps || (may_be_quiescent && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
@@ -142,7 +143,7 @@ namespace {
       const CallFindings &found = *plan_findings.host_array(1);
       if (found.held && std::exchange(is_launched_early, false)) {
         wait_for_answers();
-        drives_in_use = 1 - drives_in_use;    // undo the early launch
+        drives_in_use = 1 - drives_in_use;    // as before the early launch
       }
       steps_before = found.steps;
       plans_not_held = found.held ? 0 : plans_not_held + 1;
@@ -203,8 +204,8 @@ namespace {
       use_device();
       const int count = static_cast<int>(limits.size());
       if (count == 0) return;
-      // The host buffer is reused, so its previous upload must have ended. Nothing else has
-      // synchronised with that upload.
+      // upload() reuses the host buffer, so the previous upload from it must have ended. Only this
+      // call synchronises with it.
       check_cuda(cudaStreamSynchronize(nullptr), "upload of contact counts");
       rve::set_limits<<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(
           limits_buffer.upload(limits), count, increments_of_call.planned);
@@ -253,7 +254,8 @@ namespace {
       use_device();
       std::size_t free = 0, total = 0;
       check_cuda(cudaMemGetInfo(&free, &total), "free memory of the device");
-      // The UUID is the same for all ranks, which may number their devices differently.
+      // The UUID names the GPU equally for all ranks, although ranks can number their devices
+      // differently.
       std::string name = "the memory of GPU ";
       for (const char byte : device.uuid.bytes) {
         const unsigned value = static_cast<unsigned char>(byte);
@@ -364,8 +366,8 @@ namespace {
       return call.num_details > 0 ? call.num_details : call.num_rves;
     }
 
-    /// Sets the rest of the RVEs of a new call: uploads the known ones, and sets all others to
-    /// Rest::Unknown.
+    /// Sets the state of rest (Rest) of the RVEs of a new call: uploads the known states and sets
+    /// all others to Rest::Unknown.
     void upload_resting(const std::vector<RestingRve<D>> &resting, int count)
     {
       const int number = static_cast<int>(resting.size());
@@ -380,9 +382,9 @@ namespace {
       check_cuda(cudaGetLastError(), "launch of the kernel that marks resting RVEs");
     }
 
-    /// Launches a planned call and the kernel that distributes its results. `found` is the result
-    /// of the plan, or the expected result. If `*hold` is positive when the kernels run, they
-    /// change no RVE and no result.
+    /// Launches a planned call and the kernel that distributes its results. `found` contains the
+    /// findings of the plan; in an early launch it contains the expected findings. If `hold` is not
+    /// null and `*hold` is positive when the kernels run, they change no RVE and no stress.
     void launch_planned(const CallFindings &found, const int *hold)
     {
       use_device();
@@ -432,8 +434,8 @@ namespace {
       answers_ready.wait("RVE kernel");
     }
 
-    /// Launches the kernels of a call. The caller has set the prescribed motions, order, answers
-    /// and indices of details in `record`.
+    /// Launches the kernels of a call. The caller must have set drives, order, answers, detail_of,
+    /// launched and hold in `record`.
     void run(const Call &call, LaunchRecord<D> &record)
     {
       const int count = call.num_rves;
@@ -460,8 +462,8 @@ namespace {
       const int preparing = blocks_for(count, record.prepared_together);
       record.ready = ready_buffer.reserve_clean(preparing);
       record.turn = ++turn_of_launch;
-      // Each call that a block prepares has a thread for each planned step, at most 16. It has at
-      // least a thread for each 16 bytes of its DriveRecord.
+      // The block has one thread for each planned step of a call, but at most 16 per call. It has
+      // at least one thread for each 16 bytes of a DriveRecord.
       const int threads = rounded_up(
           record.prepared_together * std::min(16, std::max(kThreadsPerCall<D>, plan.steps_ahead)),
           32);
@@ -473,8 +475,8 @@ namespace {
       prepared.dynamicSmemBytes = record.prepared_together * record.prepared_size;
       check_cuda(cudaLaunchKernelExC(&prepared, plan.prepare, arguments),
                  "launch of the kernel that prepares calls");
-      // The blocks are placed on the device while the last calls are prepared. Each block begins
-      // when its own call is ready.
+      // The blocks are placed on the device while the last calls are still being prepared. A block
+      // begins when the call of its RVE is ready.
       cudaLaunchAttribute early = in_place_early(plan.waits);
       cudaLaunchConfig_t launched = {};
       launched.gridDim = resident;
@@ -495,8 +497,8 @@ namespace {
       return record;
     }
 
-    /// Repeats the calls of `count` unfinished RVEs, as far as a repetition may succeed. Returns
-    /// the number of RVEs that are still unfinished.
+    /// Repeats the calls of those of the `count` unfinished RVEs for which a repetition can
+    /// succeed. Returns the number of RVEs that are still unfinished.
     int repeat_some(int count)
     {
       const IncrementLaunch<D> &launch = increments_of_call;
@@ -548,7 +550,8 @@ namespace {
       return increment;
     }
 
-    /// Copies the findings so far to the host. They are valid after a synchronisation.
+    /// Launches a copy of the present findings to the host. The copy is valid after a
+    /// synchronisation.
     void bring_findings(HostBuffer<CallFindings> &to)
     {
       constexpr int words = kHostFindings / sizeof(int);
@@ -557,7 +560,8 @@ namespace {
       check_cuda(cudaGetLastError(), "download of the outcome of a call");
     }
 
-    /// Uploads the records of a call with a servo. Pointers to modes become device pointers.
+    /// Uploads the records of a call with a servo. In the uploaded records pointers to modes are
+    /// device pointers.
     const SteeringRecord<D> *upload_steering(const Call &call)
     {
       const std::size_t count = call.steering.size();
@@ -609,19 +613,19 @@ namespace {
     DeviceArena arena;
     std::vector<Placed> device_states;
     LaunchPlans plans{device, variants, options.block_size};
-    bool device_states_moved = true;    ///< since the handles were uploaded
+    bool device_states_moved = true;    ///< true if handles must be uploaded again
     std::vector<int> handled;           ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
     DeviceBuffer<SteeringRecord<D>> steering_buffer;
     DeviceBuffer<SteeredModes<D>> modes_buffer;
     DeviceBuffer<TurnRecord<D>> turn_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
-    // Kernels access these small buffers over the bus. Each is read or written once.
+    // Kernels access these small host buffers over the bus, and access each element once.
     HostBuffer<DriveRecord<D>> drives{cudaHostAllocWriteCombined};    // the host only writes them
     HostBuffer<AnswerRecord<D>> answers;
     DeviceBuffer<DetailRecord<D>> detail_buffer;
     DeviceBuffer<int>
-        asked_buffer;    ///< indices of details, for calls where only some RVEs have details
+        asked_buffer;    ///< indices of details, if only some RVEs of a call have details
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
     DeviceBuffer<unsigned> ready_buffer;
     unsigned turn_of_launch = 0;
@@ -633,11 +637,11 @@ namespace {
     const DeviceCallOf<D> *device_call = nullptr;
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
-    bool are_alike = false;           ///< all RVEs of device_call have the same number of grains
-    bool has_resting = false;         ///< the rest of some RVEs was known when the call was new
-    bool may_be_quiescent = false;    ///< some RVEs are or may become quiescent
+    bool are_alike = false;           ///< true if all RVEs have the same number of grains
+    bool has_resting = false;         ///< true if some RestingRve was passed to the new call
+    bool may_be_quiescent = false;    ///< true if some RVEs are or can become quiescent
     int details_to_receive = 0;
-    bool handled_call = false;    ///< the handles on the device are those of device_call
+    bool handled_call = false;    ///< true if the handles on the device are those of device_call
     int drives_in_use = 0;        ///< index of the buffers of the last launched call
     DeviceBuffer<DriveRecord<D>> planned_drives[2];
     DeviceBuffer<int> point_buffer, planned_order_buffer;
@@ -646,10 +650,10 @@ namespace {
     DeviceBuffer<CallFindings> findings_buffer;
     HostBuffer<CallFindings> plan_findings, answer_findings;    ///< host copies of findings
     Milestone answers_ready;
-    bool is_launched_early = false;    ///< launched before the host has read the plan
+    bool is_launched_early = false;    ///< true if launched before the host read the plan
     /// Sum of DEM steps over RVEs in the previous plan of this call; 0 if the call is new.
     unsigned long long steps_before = 0;
-    int plans_not_held = 0;    ///< number of last plans in a row without CallFindings::held
+    int plans_not_held = 0;    ///< number of successive plans up to now with CallFindings::held = 0
     std::vector<int> stiffened_indices;    ///< RVEs that exceeded their limits in the last call
     DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];

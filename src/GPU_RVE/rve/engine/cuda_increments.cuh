@@ -17,18 +17,19 @@ namespace rve {
 /// Number of classes by which RVEs are sorted by cost. The last class has the quiescent RVEs.
 constexpr int kCostClasses = 256, kQuiescentClass = kCostClasses - 1;
 
-/// Counters that the kernels of a call increase from zero, first for its plan and then for its
-/// answers. The host receives the members before class_size.
+/// Counts and maxima over the RVEs of a call. They are zero before the plan; the kernels of the
+/// plan and then those of the answers increase them. The host receives the members before
+/// class_size.
 struct CallFindings {
-  unsigned long long steps;    ///< sum over RVEs
+  unsigned long long steps;    ///< sum of DEM steps over RVEs
   int longest;                 ///< largest number of DEM steps
   int refused;                 ///< RVEs that need a DriveOf (PlanKind::Refused)
   int turned;                  ///< RVEs that are turned rigidly first
   int unfinished;              ///< RVEs that have failed or must repeat the call
-  int stiffened;               ///< RVEs that exceed the limit of their plan
+  int stiffened;               ///< RVEs that exceed PlannedRve::limit
   int num_quiescent;           ///< RVEs without DEM steps
   int evaluations;             ///< RVEs with a diagnostic evaluation
-  int held;    ///< positive: some RVEs are refused, make no steps or have an evaluation
+  int held;                    ///< positive: an RVE is refused, quiescent or evaluated
   int class_size[kCostClasses], class_taken[kCostClasses];
 };
 constexpr std::size_t kHostFindings = offsetof(CallFindings, class_size);
@@ -50,11 +51,11 @@ template <int D> struct IncrementLaunch {
   PlannedRve *planned;      ///< (count)
   int count;
   PlanOptions options;
-  double most_cost;                       ///< largest DEM steps times grains
+  double most_cost;                       ///< largest possible cost: DEM steps times grains
   DriveRecord<D> *drives;                 ///< (count)
   const DriveRecord<D> *drives_before;    ///< (count) of the previous call
-  /// (count) Rest, deferred deformation and index of details (LaunchRecord) of each RVE. They are
-  /// null if no RVE is or may become quiescent.
+  /// (count) Rest, deferred deformation and index of details (LaunchRecord) of each RVE. All three
+  /// are null if no RVE is or can become quiescent.
   Rest *rest;
   QuiescentStateOf<D> *quiescent_states;
   int *detail_of;
@@ -138,7 +139,7 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
 template <int D>
 __global__ void __launch_bounds__(kCostClasses) order_increments(const IncrementLaunch<D> launch)
 {
-  __shared__ int begin[kCostClasses];    // beginning of the next class
+  __shared__ int begin[kCostClasses];    // begin[c]: where class c ends and c + 1 begins
   const int me = threadIdx.x;
   begin[me] = launch.findings->class_size[me];
   __syncthreads();
@@ -185,8 +186,8 @@ template <int D> RVE_DEVICE void defer(const IncrementLaunch<D> &launch, int ind
   give_stress(launch, index, quiescent.stress_after(quiescent.pending));
 }
 
-/// Returns the rest of an RVE after DEM steps that ended with this stress; Rest::Unknown without an
-/// evaluation. With an evaluation it also sets the quiescent state.
+/// Returns the state of rest of an RVE after DEM steps that ended with this stress. Without an
+/// evaluation it is Rest::Unknown. With an evaluation the function also sets the quiescent state.
 template <int D>
 RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int index,
                            const Tensor<double, D> &stress)
@@ -257,7 +258,7 @@ __global__ void take_repeated(const IncrementLaunch<D> launch, const RepeatedRec
   take_answer(launch, k);
 }
 
-/// Initialises a new call with the RVEs whose rest is known.
+/// Initialises the records of the RVEs whose rest is known at the beginning of a new call.
 template <int D>
 __global__ void place_resting(const RestingRve<D> *resting, int count, Rest *rest,
                               QuiescentStateOf<D> *quiescent_states, DriveRecord<D> *drives,

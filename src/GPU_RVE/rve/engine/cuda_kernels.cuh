@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// CUDA kernels that advance RVEs, each with one thread block, and prepare their calls. A
-// translation unit for each kernel variant and number format instantiates them.
+// CUDA kernels. prepare_calls prepares the calls of RVEs. The kernels advance_... then advance the
+// RVEs, each RVE with one thread block. There is a translation unit for each kernel variant and
+// number format.
 
 #pragma once
 
@@ -45,7 +46,8 @@ inline namespace RVE_ISA {
                  "r"(launch.turn)
                  : "memory");
   }
-  /// Waits until the call at an index is prepared. One thread calls it before a barrier.
+  /// Waits until the call with this index is prepared. One thread calls this function before a
+  /// barrier.
   template <int D> RVE_DEVICE void wait_until_ready(const LaunchRecord<D> &launch, int index)
   {
     const unsigned *const word = launch.ready + index / launch.prepared_together;
@@ -55,8 +57,8 @@ inline namespace RVE_ISA {
     } while (turn != launch.turn);
   }
 
-  /// Prepares the calls of all RVEs for the RVE kernel. A single thread prepares the call of an
-  /// RVE; in the RVE kernel a whole block would wait for that thread. A block of this kernel
+  /// Prepares the calls of all RVEs for the RVE kernel. One thread prepares the call of an RVE. If
+  /// the RVE kernel did this, a whole block would wait for one thread. A block of this kernel
   /// prepares `launch.prepared_together` calls in shared memory.
   template <KernelVariant variant, class Numbers>
   __global__ void prepare_calls(const __grid_constant__ LaunchOf<variant, Numbers> launch,
@@ -73,8 +75,8 @@ inline namespace RVE_ISA {
     };
     const int me = threadIdx.x, threads = blockDim.x;
 #if __CUDA_ARCH__ >= 900
-    // The blocks of the next kernel may be placed now: they wait for tell_ready() before they read
-    // prepared calls.
+    // The device is allowed to place the blocks of the next kernel now. They wait for tell_ready()
+    // before they read prepared calls.
     cudaTriggerProgrammaticLaunchCompletion();
 #endif
     if (me == 0 && first == 0) *launch.queue = 0;
@@ -130,7 +132,7 @@ inline namespace RVE_ISA {
     if (me == 0) tell_ready(launch);
   }
 
-  /// Prefetches memory, which is read a few microseconds later, into the L2 cache.
+  /// Prefetches memory into the L2 cache. The memory is read a few microseconds later.
   RVE_DEVICE void prefetch(const char *memory, std::size_t size)
   {
 #if __CUDA_ARCH__ >= 900
@@ -139,14 +141,14 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// Returns the index in the call of an entry of the queue; -1 after the last entry.
+  /// Returns the index, in the call, of the RVE at an entry of the queue; -1 after the last entry.
   template <int D> RVE_DEVICE int index_of(const LaunchRecord<D> &launch, int entry)
   {
     if (entry >= launch.launched) return -1;
     return launch.order ? launch.order[entry] : entry;
   }
 
-  /// Returns the memory for the details of an RVE; null if none are requested.
+  /// Returns the address for the details of an RVE; null if its details are not requested.
   template <int D> RVE_DEVICE DetailRecord<D> *detail_at(const LaunchRecord<D> &launch, int index)
   {
     if (!launch.details || !launch.detail_of)
@@ -155,7 +157,8 @@ inline namespace RVE_ISA {
     return mine < 0 ? nullptr : launch.details + mine;
   }
 
-  /// Prefetches the RVE of an entry that some block will take soon, and its prepared call.
+  /// Prefetches the RVE at an entry of the queue that a block will take soon, and its prepared
+  /// call.
   template <class Config>
   RVE_DEVICE void prefetch_entry(const LaunchRecord<Config::D> &launch, int entry)
   {
@@ -167,8 +170,8 @@ inline namespace RVE_ISA {
              launch.prepared_size);
   }
 
-  /// Returns the views of the memory that the steps of a block use. `Capacity` is the largest
-  /// number of grains in registers, or 0 for any number of grains in memory.
+  /// Returns views of the memory in which a block keeps the working data of its steps. `Capacity`
+  /// is the largest number of grains in registers, or 0 for any number of grains in memory.
   template <class Config, int Capacity>
   RVE_DEVICE SharedView<Config> view_of_block(char *on_chip, std::size_t chip_size, char *memory,
                                               int num_grains)
@@ -181,13 +184,14 @@ inline namespace RVE_ISA {
       return carve_shared_beside<Config>(on_chip, Capacity, memory, num_grains);
   }
 
-  /// Returns the number of steps that blocks of a residency plan at a time; 0 for the default. The
-  /// number depends on the shared memory that the grains of a multiprocessor leave free. Measured
-  /// on an H200 in `fast`: two RVEs of 1000 spheres leave memory for 176 steps each, which is 1 %
-  /// faster than 64 steps. A single RVE leaves memory for 256 steps, which is 1.5 % faster. Three
-  /// RVEs of disks plan 64 steps each, 3 % faster than 32. A single RVE of disks plans 256 steps, 5
-  /// % faster. GPUs with less than 200 KB of shared memory use the default. A servo plans one step
-  /// at a time and leaves the memory to other RVEs.
+  /// Returns the number of steps that a block plans at a time in the kernel of a residency; 0 for
+  /// the default. The number depends on how much shared memory the grains of the RVEs on a
+  /// multiprocessor leave free. Measured on an H200 in `fast`: two RVEs of 1000 spheres leave
+  /// memory for 176 steps each, which is 1 % faster than 64 steps. A single RVE leaves memory for
+  /// 256 steps, which is 1.5 % faster. Three RVEs of disks plan 64 steps each, 3 % faster than 32.
+  /// A single RVE of disks plans 256 steps, 5 % faster. GPUs with less than 200 KB of shared memory
+  /// use the default. A kernel with a servo plans one step at a time, and the memory is used for
+  /// more RVEs.
   template <class Config, Residency residency> RVE_HD constexpr int plan_steps_beside()
   {
     // The shared memory of these kernels is full already.
@@ -221,7 +225,7 @@ inline namespace RVE_ISA {
     __shared__ CallState<Config> call;
     __shared__ int entry, next_entry;    // entries of the queue
     __shared__ int index;                // index of the entry in the call
-    __shared__ int grains_in_views;    // number of grains that the views of the block are made for
+    __shared__ int grains_in_views;      // number of grains for which the views were set
     using Block = BlockCuda<shape.items, shape.threads, Capacity>;
     static_assert(shape.lean == KernelTraits<Block, Config>::uniform_constants,
                   "without details, or with them");
@@ -229,7 +233,7 @@ inline namespace RVE_ISA {
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block;
     block.once([&] {
-      wait_until_ready(launch, 0);    // the first calls are prepared, and the queue is reset
+      wait_until_ready(launch, 0);    // first calls are prepared, queue is reset
       next_entry = atomicAdd(launch.queue, 1);
       grains_in_views = -1;
     });
@@ -252,7 +256,7 @@ inline namespace RVE_ISA {
           [&](int w) { to[w] = from[w]; },
           [&] {
             next_entry = atomicAdd(launch.queue, 1);
-            // The blocks take these entries after the present RVEs.
+            // Blocks take these entries when they have finished their present RVEs.
             prefetch_entry<Config>(launch, entry + gridDim.x);
           });
       const int n = call.num_grains;

@@ -26,7 +26,7 @@ inline int rounded_up(int number, int unit)
   return (number + unit - 1) / unit * unit;
 }
 
-/// Returns the size of a part of device memory, rounded up to the alignment of the next part
+/// Returns a size in device memory rounded up to a multiple of 256, the alignment of the next part
 /// [bytes].
 inline std::size_t aligned(std::size_t size)
 {
@@ -39,14 +39,14 @@ struct LaunchPlan {
   int steps_ahead = 0;
   int block = 0;                    ///< threads
   int blocks = 0;                   ///< resident blocks of the device
-  bool waits = false;               ///< the kernel itself waits for the prepared calls
+  bool waits = false;               ///< true if the kernel can be launched early
   std::size_t dynamic = 0;          ///< dynamic shared memory [bytes]
-  std::size_t overflow_size = 0;    ///< part of a workspace beyond shared memory [bytes]
+  std::size_t overflow_size = 0;    ///< workspace for what shared memory cannot hold [bytes]
   int share_on_chip = 0;            ///< carveout of shared memory, for both kernels [percent]
 };
 
-/// Launch plans of an engine by kind of call. A run alternates between a few kinds of calls, such
-/// as evaluations of some RVEs and steps of all RVEs.
+/// Launch plans of an engine, one for each kind of call. A run alternates between a few kinds of
+/// calls, such as evaluations of some RVEs and steps of all RVEs.
 class LaunchPlans {
  public:
   LaunchPlans(const cudaDeviceProp &_device, const CudaVariants &_variants, int _block_size) :
@@ -69,8 +69,8 @@ class LaunchPlans {
     check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                     static_cast<int>(plan.dynamic)),
                "shared memory of the kernel");
-    // A multiprocessor changes its carveout only when it is empty, so both kernels of a call have
-    // the same carveout.
+    // A multiprocessor changes its carveout (the share of shared memory) only when no block runs on
+    // it. So both kernels of a call have the same carveout.
     const void *const both[] = {plan.prepare, plan.kernel};
     for (const void *kernel : both)
       check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
@@ -81,16 +81,16 @@ class LaunchPlans {
   }
 
  private:
-  /// Properties of a call that decide how it is launched. The first is true if the call fills the
-  /// device, the second if it needs kernels with details. The others are CallShape::largest and
-  /// pair_capacity, the number of planned steps and the kernel variant.
+  /// Properties of a call that determine its launch plan, in this order: true if the call fills the
+  /// device; true if it has details and some kernels of its variant compute none;
+  /// CallShape::largest; CallShape::pair_capacity; the number of planned steps; the kernel variant.
   using CallKind = std::tuple<bool, bool, int, int, int, KernelVariant>;
 
   const cudaDeviceProp &device;
   const CudaVariants &variants;
   const int chosen_block_size;    ///< 0: automatic
   std::map<CallKind, LaunchPlan> plans;
-  const LaunchPlan *plan_in_use = nullptr;    ///< plan whose attributes the kernels have
+  const LaunchPlan *plan_in_use = nullptr;    ///< plan whose attributes are set at present
 
   LaunchPlan plan_of(const CallShape &call, int steps_ahead)
   {
@@ -113,8 +113,8 @@ class LaunchPlans {
     Residency residency = residency_of(call, variant);
     plan_with(residency);
     if (residency != Residency::Memory && plan.dynamic > most) {
-      // An H200 has shared memory for the largest kernel of each format, a GeForce GPU less than
-      // half of it.
+      // An H200 has enough shared memory for the largest kernel of each format. A GeForce GPU has
+      // less than half as much and can get here.
       residency = Residency::Memory;
       plan_with(residency);
     }
@@ -126,7 +126,7 @@ class LaunchPlans {
     check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                     static_cast<int>(plan.dynamic)),
                "shared memory of the kernel");
-    plan_in_use = nullptr;    // the plan in use may have the same kernel
+    plan_in_use = nullptr;    // the plan in use can have the same kernel
     int blocks_per_sm = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
                                                              plan.block, plan.dynamic),
@@ -143,10 +143,11 @@ class LaunchPlans {
     return plan;
   }
 
-  /// Returns the number of steps that are planned for each RVE before the blocks begin: up to twice
-  /// the mean number of steps. With more planned steps whole blocks wait less often for one thread
-  /// that plans. With fewer planned steps there is less memory traffic. The number is a power of
-  /// two or CallShape::longest, so that successive calls mostly have the same launch plan.
+  /// Returns the number of DEM steps that are planned for each RVE before its block begins: up to
+  /// twice the mean number of steps of the call, and at most kStepsAhead. In the RVE kernel one
+  /// thread plans further steps while the rest of its block waits. More planned steps reduce these
+  /// waits; fewer planned steps reduce the memory traffic. The number is a power of two or
+  /// CallShape::longest, so that successive calls mostly have the same launch plan.
   static int steps_to_prepare(const CallShape &call)
   {
     int steps = 1;
@@ -171,7 +172,8 @@ class LaunchPlans {
     const auto shape = variants.shape(variant, residency);
     if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
     if (shape->lean && call.with_details) return false;
-    // With two items per thread, sums of a partial warp end in an illegal instruction (CUDA 13.0).
+    // With two items per thread, a sum over a partial warp causes an illegal instruction (CUDA
+    // 13.0).
     if (shape->items == 2 && chosen_block_size % 32 != 0) return false;
     return chosen_block_size == 0 ||
         (chosen_block_size <= shape->threads && call.largest <= shape->items * chosen_block_size);
@@ -179,23 +181,26 @@ class LaunchPlans {
 
   Residency residency_of(const CallShape &call, KernelVariant variant) const
   {
-    // A call of few RVEs uses the kernel for many RVEs if only that one is loaded. Compiling the
-    // other takes seconds to half a minute, which a few calls, such as time-step checks, do not
-    // gain back.
+    // A call of few RVEs uses the kernel for many RVEs if that kernel is loaded and the kernel for
+    // few RVEs is not. Compiling a kernel takes from seconds to half a minute, and a few calls,
+    // such as time-step checks, do not save as much.
     const bool takes_many = fills_device(call) ||
         (variants.is_at_hand(variant, Residency::Many) &&
          !variants.is_at_hand(variant, Residency::Few));
     const Residency small = takes_many ? Residency::Many : Residency::Few;
     for (const Residency residency : {small, Residency::Large, Residency::Largest})
       if (serves(call, variant, residency)) return residency;
-    // Kernels for many RVEs may compute no details.
+    // The kernel for many RVEs can be one without details. The kernel for few RVEs then serves a
+    // call with details.
     const auto usual = variants.shape(variant, small);
     return usual && usual->lean && serves(call, variant, Residency::Few) ? Residency::Few
                                                                          : Residency::Memory;
   }
 
-  /// Returns the smallest number of threads that holds all grains. Grains in memory have a thread
-  /// each where possible; otherwise all threads have about the same number of grains.
+  /// Returns the number of threads of a block, in whole warps unless the user has chosen it. With
+  /// grains in registers it is the smallest number whose registers hold all grains. With grains in
+  /// memory there is one thread per grain where possible; otherwise all threads have about the same
+  /// number of grains.
   int block_size(const BlockShape &shape, int num_grains) const
   {
     if (chosen_block_size > 0) return std::min(chosen_block_size, shape.threads);

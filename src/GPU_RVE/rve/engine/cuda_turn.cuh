@@ -12,7 +12,7 @@ namespace rve {
 template <int D> struct TurnList {
   const TurnRecord<D> *turns;
   int count;
-  const int *count_there;    ///< number in device memory, if only the device has it; or null
+  const int *count_there;    ///< count in device memory, used instead of `count`; or null
   const int *hold;           ///< device memory, positive if no RVE may be turned; or null
 };
 

@@ -18,14 +18,16 @@ namespace {
   constexpr const char *ADVANCE[kNumResidencies] = {"advance_many", "advance_few", "advance_large",
                                                     "advance_largest", "advance_in_memory"};
 
-  /// Returns true if kernels that were compiled ahead must not be used. Tests set the variable.
+  /// Returns true if kernels that were compiled with the program must not be used. Tests set this
+  /// variable.
   bool all_at_run_time()
   {
     const char *word = std::getenv("GPU_RVE_KERNELS_AT_RUN_TIME");
     return word && says_yes("GPU_RVE_KERNELS_AT_RUN_TIME", word);
   }
 
-  /// Returns the sizes of kernels of Lean, for RVEs with the memory layout of Config.
+  /// Returns the sizes of kernels of the configuration Lean. Config is the configuration that
+  /// prepares their calls and defines the memory layout of the RVEs.
   template <class Lean, class Config>
   KernelSizes kernel_sizes(Residency residency, int num_grains, int pair_capacity, int steps_ahead)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Kernels of the kernel variants for a CUDA engine, and the memory that they need. A kernel was
-// compiled with the program, or it is compiled when it is first needed.
+// either compiled with the program, or it is compiled at run time when it is first needed.
 
 #pragma once
 
@@ -40,24 +40,25 @@ class CudaVariants {
   CudaVariants(const Options &options, int capability);
 
   /// Returns the reason why RVEs with the memory layout of `memory` cannot be advanced; empty if
-  /// they can. They cannot if their kernels must be compiled at run time but `to_compiling`, the
-  /// obstacle to that, is not empty.
+  /// they can. `to_compiling` is the reason why kernels cannot be compiled at run time, or empty.
+  /// RVEs cannot be advanced if their kernels must be compiled and `to_compiling` is not empty.
   std::string obstacle(KernelVariant memory, const std::string &to_compiling) const;
 
-  /// Returns the variant itself if its kernels exist or can be compiled at run time. Otherwise it
+  /// Returns the variant itself if its kernels exist or can be compiled at run time. Otherwise
   /// returns the more general variant that prepares its calls and gives the same bits. Throws
-  /// InputError if the kernels of that variant cannot be compiled either.
+  /// InputError if the program does not contain the kernels of the general variant either.
   KernelVariant usable(KernelVariant variant) const;
 
-  /// Returns the block shape of a kernel of a usable variant; empty if it has no kernel of that
-  /// residency.
+  /// Returns the block shape of a kernel of a usable variant; empty if the variant has no kernel of
+  /// this residency.
   std::optional<BlockShape> shape(KernelVariant variant, Residency residency) const;
 
-  /// Returns a kernel of a usable variant for cudaLaunchKernelExC: the address of a function of
-  /// (LaunchRecord, BatchConstants), or a handle of it.
+  /// advance() and prepare() return a kernel of a usable variant for cudaLaunchKernelExC: the
+  /// address of a function with the parameters (LaunchRecord, BatchConstants), or a handle of the
+  /// function.
   const void *advance(KernelVariant variant, Residency residency) const;
   const void *prepare(KernelVariant variant) const;
-  /// Returns true if advance() need not compile or load the kernel.
+  /// Returns true if advance() can return the kernel without compiling or loading it.
   bool is_at_hand(KernelVariant variant, Residency residency) const;
 
   KernelSizes sizes(KernelVariant variant, Residency residency, int num_grains, int pair_capacity,

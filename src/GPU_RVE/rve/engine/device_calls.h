@@ -21,27 +21,26 @@ struct PointsOnDevice {
   double *stress = nullptr;             ///< [stress]
 };
 
-/// Known rest of an RVE at the beginning of a new call.
+/// RVE whose state of rest is known at the beginning of a new call.
 template <int D> struct RestingRve {
   int index = 0;    ///< index in the call
   Rest rest = Rest::Unknown;
   QuiescentStateOf<D> quiescent;    ///< without a stiffness if the RVE moves
 };
 
-/// Value of IncrementOf::substeps for an RVE that was quiescent already when the call was new: the
-/// device does not have the result of its last DEM steps.
+/// Value of IncrementOf::substeps for an RVE that was quiescent already when the call was new. The
+/// device does not have the result of the last DEM steps of this RVE.
 constexpr std::int32_t BEFORE_THE_CALL = -1;
 
-/// Input of a call. The object must live until the results have been delivered or the next call is
+/// Input of a call. The object must exist until the results have been delivered or the next call is
 /// planned.
 template <int D> struct DeviceCallOf {
   PointsOnDevice points;
   std::vector<int> rves;
   std::vector<int> point_of;    ///< index of the point of each RVE among the tensors
   PlanOptions options;
-  std::vector<PlannedRve> planned;    ///< of each RVE, at the beginning of a new call
-  std::vector<RestingRve<D>>
-      resting;           ///< RVEs whose rest is known, at the beginning of a new call
+  std::vector<PlannedRve> planned;       ///< data of each RVE, read if the call is new
+  std::vector<RestingRve<D>> resting;    ///< RVEs whose rest is known, read if the call is new
   bool is_new = true;    ///< RVEs, points or plans differ from those of the last call
 };
 
@@ -56,17 +55,18 @@ struct NewLimit {
 /// deliver() copies them to the host on demand.
 template <int D> class DeviceCallsOf : public Request {
  public:
-  /// Plans a call on the device, after the work that has been launched so far.
+  /// Launches the kernels that plan a call on the device. They run after all work that has been
+  /// launched so far.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
-  /// Returns the indices (in the call) of RVEs that exceeded the limits of their plans in the last
-  /// fetched call, at most MOST_STIFFENED of them.
+  /// Returns the indices, in the last fetched call, of RVEs that exceeded PlannedRve::limit in that
+  /// call. At most MOST_STIFFENED of them are returned.
   virtual const std::vector<int> &stiffened() const = 0;
   static constexpr int MOST_STIFFENED = 64;
-  /// Delivers the results of the last call; calls of unfinished RVEs are repeated first. A
-  /// quiescent RVE delivers the result of its last DEM steps and, with
+  /// Delivers the results of the last call to the host. The calls of unfinished RVEs are repeated
+  /// first. A quiescent RVE delivers the result of its last DEM steps and, with
   /// IncrementCallOf::take_deferred(), its deferred increment.
   virtual void deliver(IncrementCallOf<D> &call) = 0;
-  /// Delivers the result of one RVE, which must have finished.
+  /// Delivers the result of one RVE. Its call must have finished without an error.
   virtual void deliver_one(int index, IncrementCallOf<D> &call) = 0;
   virtual void set_limits(const std::vector<NewLimit> &limits) = 0;
 };

@@ -33,8 +33,9 @@ namespace {
       return static_cast<std::uint64_t>(s) << (64 - 8 * sizeof(Coordinate));
   }
 
-  /// Returns grain numbers row by row, each row along x, and in space layer by layer. Neighbours of
-  /// a grain then have numbers near its own, or near those of the rows above.
+  /// Returns the grain numbers in storage order: row by row along x, and in space layer by layer.
+  /// The neighbours of a grain then have storage indices near its own, or near those of the
+  /// adjacent rows.
   template <int D> std::vector<std::int32_t> storage_order(const RveStateOf<D> &state)
   {
     const int n = state.num_grains();
@@ -54,7 +55,7 @@ namespace {
     return order;
   }
 
-  /// Returns a pair of a state from a history of a device state.
+  /// Returns a pair of a state, with the history from a device state.
   template <class Config>
   PairOf<Config::D> pair_of(int first, int second, const typename Config::History &history)
   {
@@ -96,8 +97,8 @@ namespace {
     store_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
     store_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
     set_material_in(header, state.material);
-    // The sums use the radii as rounded to the number format. A state that is read back then gives
-    // the same sums.
+    // The sums are computed from radii that are rounded to the number format. So a state that has
+    // been read back gives the same sums.
     RveStateOf<D> stored;
     for (double r : state.radius) stored.radius.push_back(static_cast<typename Config::Wide>(r));
     const auto [smallest, largest] =
@@ -211,7 +212,8 @@ namespace {
                  rotation);
   }
 
-  /// Returns work(config) for the variant that prepares calls of `memory`, in the format `Numbers`.
+  /// Calls work(config) and returns its result. `config` is the configuration of the variant that
+  /// prepares calls of `memory`, in the format `Numbers`.
   template <int D, class Numbers, class Work>
   auto with_numbers(KernelVariant memory, const Work &work)
   {
@@ -220,7 +222,8 @@ namespace {
     });
   }
 
-  /// Returns work(config) for the number format and memory layout of device states.
+  /// Calls work(config) and returns its result. `config` has the number format and memory layout of
+  /// device states.
   template <int D, class Work>
   auto with_config(Format format, KernelVariant memory, const Work &work)
   {

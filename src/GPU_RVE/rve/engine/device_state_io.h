@@ -23,9 +23,9 @@ struct DeviceState {
 // In these functions `memory` is the kernel variant that defines the memory layout
 // (engine/variant_choice.h). All RVEs of an engine have the same layout.
 
-/// Returns the device state of an RVE. Its list of extra pairs has capacity for at least
-/// `extra_capacity` pairs and for all extra pairs of the state. Rolling forces are included if the
-/// variant has them.
+/// Returns the device state of an RVE. A grain has a fixed number of pairs in arrays; further pairs
+/// are in a list of extra pairs. The list has capacity for at least `extra_capacity` pairs and for
+/// all extra pairs of the state. Rolling forces are included if the variant has rolling resistance.
 template <int D>
 DeviceState build_device_state(Format format, const RveStateOf<D> &state, int extra_capacity,
                                KernelVariant memory);
@@ -40,10 +40,10 @@ void turn_device_state(Format format, DeviceState &device_state, const Tensor<do
 template <int D>
 std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity,
                                KernelVariant memory);
-/// Returns the initial capacity for extra pairs of an RVE; the list grows on demand.
+/// Returns the initial capacity of the list of extra pairs. The engine enlarges the list on demand.
 template <int D> int initial_extra_capacity(int num_grains);
 
-/// Changes the material in a header and the members that follow from it.
+/// Sets the material in a header, and the members of the header that follow from the material.
 template <int D> void set_material_in(StateHeader<D> &header, const Material &material);
 
 }    // namespace rve

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Removal of a mean velocity of the grains from a packing that was read from a file.
+// Removal of the mean velocity of all grains (drift) from a packing that was read from a file.
 
 #pragma once
 
@@ -14,12 +14,13 @@
 
 namespace rve {
 
-/// Returns the mean peculiar velocity, weighted by mass, if it exceeds the root mean square of the
-/// fluctuations about it; otherwise zero [length/time]. A periodic packing does not need a mean
-/// velocity, and local damping would act on it instead of the fluctuations. The result is also zero
-/// if the mean velocity moves a grain in a stable time step by less than 1e-7 of the smallest
-/// radius: the grains are then at rest except for rounding. A run produces a mean velocity of a few
-/// percent of the fluctuations. It is kept. The state must have passed check().
+/// Returns the drift [length/time]: the mean peculiar velocity, weighted by mass, if it exceeds the
+/// root mean square of the fluctuations about it; otherwise zero. A mean velocity has no effect on
+/// a periodic packing, but local damping would act on it instead of on the fluctuations. The result
+/// is also zero if the mean velocity moves a grain by less than 1e-7 of the smallest radius in a
+/// stable time step. The grains are then at rest except for rounding. The small mean velocity that
+/// a run produces, a few percent of the fluctuations, is no drift. The state must have passed
+/// check().
 template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
 {
   constexpr double AT_REST =
@@ -30,8 +31,8 @@ template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
   for (int i = 0; i < n; ++i) {
     const double of_grain = grain_volume<D>(state.radius[i]);
     mass += of_grain;
-    // Velocities are summed relative to that of the first grain, so that the mean of equal
-    // velocities is exact.
+    // The velocity of the first grain is subtracted from all velocities before they are summed, so
+    // that the mean of equal velocities is exact.
     for (int a = 0; a < D; ++a)
       mean[a] += of_grain * (state.velocity[D * i + a] - state.velocity[a]);
   }
@@ -49,7 +50,7 @@ template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
   return is_at_rest ? Vec<double, D>::zero() : mean;
 }
 
-/// Subtracts a velocity from that of all grains.
+/// Subtracts the drift from the velocities of all grains.
 template <int D> void remove_drift(RveStateOf<D> &state, const Vec<double, D> &drift)
 {
   for (int i = 0; i < state.num_grains(); ++i)

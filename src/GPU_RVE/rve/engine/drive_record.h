@@ -15,8 +15,8 @@
 
 namespace rve {
 
-/// Returns the names of tensor components as in "xx, xy and yy": those below the diagonal if
-/// `below`, else all others.
+/// Returns a list of tensor components such as "xx, xy and yy". If `below` is true, it contains the
+/// components below the diagonal, otherwise all others.
 template <int D> std::string components(bool below)
 {
   std::string names;
@@ -47,7 +47,7 @@ template <int D> void check(const DriveOf<D> &drive)
           "number of servo modes must be 0 to ", Space<D>::strains, ", got ", drive.num_modes,
           drive.modes ? "" : " without their data");
   if (drive.has_servo()) {
-    constexpr double smallest = 1e-30, largest = 1e30;    // bounds that keep derived numbers finite
+    constexpr double smallest = 1e-30, largest = 1e30;    // derived numbers stay finite
     require(finite(drive.velocity_gradient),
             "velocity gradient has a component that is not a finite number [1/time]");
     require(finite(drive.stress_goal),
@@ -66,17 +66,17 @@ template <int D> void check(const DriveOf<D> &drive)
   }
 }
 
-/// Returns true if a prescribed motion needs a SteeringRecord: for a servo, or to rotate the RVE in
-/// several segments.
+/// Returns true if a prescribed motion needs a SteeringRecord: because it has a servo, or because
+/// it rotates the RVE in several segments.
 template <int D> bool needs_steering(const DriveOf<D> &drive)
 {
   return drive.has_servo() || !turns_little(drive.deformation);
 }
 
-/// Returns true if F is so close to the identity that is_simple(F) must be true, as for most
-/// increments. This test is faster than is_simple(), by two thirds on processors without fma. It
-/// requires that in each row of |F - 1| the sum is below a bound s. Then the diagonal dominates, so
-/// the determinant is positive (Levy and Desplanques). The axial vector in turns_little() is
+/// Returns true if F is so close to the identity that is_simple(F) must be true. Most increments
+/// are. This test is faster than is_simple(), by two thirds on processors without fma. The sum of
+/// each row of |F - 1| must be below a bound s. The diagonal of F is then dominant, so the
+/// determinant is positive (Levy and Desplanques). The axial vector in turns_little() is then
 /// shorter than D s, and the trace of F is above D (1 - s), so turns_little() is true.
 template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
 {
@@ -90,8 +90,8 @@ template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
   return is;
 }
 
-/// Returns true if a prescribed motion without a servo, or an increment, is valid and takes one
-/// segment.
+/// Returns true if the time step, the number of steps and the deformation are valid, and the path
+/// has one segment. `AnyDrive` is an IncrementOf, or a DriveOf without a servo.
 template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
 {
   const bool has_time = drive.substeps == 0 ||
@@ -99,8 +99,8 @@ template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
   return has_time && (is_nearly_identity(drive.deformation) || is_simple(drive.deformation));
 }
 
-/// Returns true if check() finds no error and no SteeringRecord is needed. The test is quick, and
-/// most prescribed motions pass it.
+/// Returns true if check() would find no error and no SteeringRecord is needed. The test is quick,
+/// and it is true for most prescribed motions.
 template <int D> bool is_simple(const DriveOf<D> &drive)
 {
   bool controls = drive.num_modes != 0;
@@ -113,8 +113,8 @@ template <int D> bool is_simple(const IncrementOf<D> &increment)
   return is_unsteered(increment);
 }
 
-/// Returns the record of a DriveOf or an IncrementOf whose path is one segment. The function is
-/// fastest if the record is constructed in place (new) and not copied.
+/// Returns the record of a DriveOf or an IncrementOf whose path has one segment. The function is
+/// fastest if the caller constructs the record in place (placement new).
 template <int D, template <int> class AnyDrive> DriveRecord<D> to_record(const AnyDrive<D> &drive)
 {
   DriveRecord<D> record = DriveRecord<D>();    // zeroes the padding too
@@ -125,15 +125,15 @@ template <int D, template <int> class AnyDrive> DriveRecord<D> to_record(const A
   return record;
 }
 
-/// Returns the number of segments of a path that rotates by this angle [rad], each by at most
-/// LARGEST_TURN.
+/// Returns the number of segments of a path that rotates by this angle [rad]. A segment rotates by
+/// at most LARGEST_TURN.
 inline int path_segments(double angle)
 {
   return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / LARGEST_TURN)));
 }
 
-/// Writes the polar decomposition F = R U into the records, in as many segments as the rotation
-/// needs.
+/// Writes the path of the deformation F = R U into the records: the number of segments, the
+/// rotation of a segment, and U - 1.
 inline void split_path(const Tensor2 &f, DriveRecord<2> &record, SteeringRecord<2> &steering)
 {
   const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
@@ -150,8 +150,8 @@ inline void split_path(const Tensor3 &f, DriveRecord<3> &record, SteeringRecord<
   store_tensor(transpose(polar.rotation) * f - Tensor3::identity(), steering.stretch);
 }
 
-/// Returns the steering record of a prescribed motion and sets the number of segments in its
-/// record.
+/// Returns the steering record of a prescribed motion. Without a servo it also sets the number of
+/// segments in `record`.
 template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record)
 {
   SteeringRecord<D> steering = SteeringRecord<D>();
@@ -168,7 +168,7 @@ template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRec
   return steering;
 }
 
-/// Returns the servo modes of a prescribed motion as the kernels read them.
+/// Returns the servo modes of a prescribed motion in the form that the kernels read.
 template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive)
 {
   SteeredModes<D> modes = SteeredModes<D>();

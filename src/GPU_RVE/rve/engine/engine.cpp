@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Parts of the engine's public header that do not depend on a backend.
+// Functions of engine.h that do not depend on a backend.
 
 #include "rve/engine/engine.h"
 
@@ -13,7 +13,7 @@ namespace rve {
 
 namespace {
 
-  /// Returns the angle by which a constant velocity gradient rotates in unit time [rad].
+  /// Returns the angular velocity of a constant velocity gradient [rad/time].
   double turn_of(const Tensor2 &velocity_gradient)
   {
     return 0.5 * (velocity_gradient(1, 0) - velocity_gradient(0, 1));
@@ -40,8 +40,8 @@ namespace {
   double deviatoric_size(const Tensor2 &stress)
   {
     const double half_difference = 0.5 * (stress(0, 0) - stress(1, 1));
-    // In the plane s'_00 = -s'_11. The full tensor enters, so each shear component has its own
-    // square.
+    // In the plane s'_00 = -s'_11. The stress can be unsymmetric, so the square of each shear
+    // component enters.
     return std::sqrt(half_difference * half_difference +
                      0.5 * (stress(0, 1) * stress(0, 1) + stress(1, 0) * stress(1, 0)));
   }

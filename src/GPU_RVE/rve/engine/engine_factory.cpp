@@ -28,7 +28,8 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
   require(!only_on_cpu || options.device != Device::Cuda,
           "number format single is available on CPUs only; use fast, mixed or double");
   if (options.device == Device::Cpu) return make_host_engine<D>(options);
-  // An invalid value is an error even if a device exists.
+  // cuda_required() is called even if a device exists, since an invalid value of the environment
+  // variable is an error.
   const bool required = cuda_required();
   require(
       !required || !only_on_cpu, cuda_requirement(),

@@ -17,8 +17,8 @@ namespace {
 
   namespace fs = std::filesystem;
 
-  /// Returns the name of a temporary file next to the target. No other process uses it, on this
-  /// machine or on another one with the same folder.
+  /// Returns the name of a temporary file next to the target. No other process uses this name: it
+  /// contains the process ID and the name of the machine.
   std::string temporary_name(const std::string &target)
   {
     char machine[65] = "";
@@ -75,14 +75,14 @@ OutputFile::OutputFile(const std::string &_path) : path(_path), target(_path)
   }
 
   const std::string name = temporary_name(target);
-  ::unlink(name.c_str());    // left by a killed process that had this process ID
+  ::unlink(name.c_str());    // a killed process with this process ID can have left such a file
   const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) fail(errno);
   temporary = name;
   stream = ::fdopen(descriptor, "w");
   if (!exists) return;
-  // The owner comes first, since changing it clears bits of the mode. Only root can give a file
-  // away; otherwise it belongs to the writer.
+  // The owner is set before the mode, since a change of the owner clears bits of the mode. Only
+  // root can give a file to another user; otherwise the file belongs to the writer.
   if (old.st_uid != ::geteuid() || old.st_gid != ::getegid())
     if (::fchown(descriptor, old.st_uid, old.st_gid) != 0) old.st_mode &= ~(S_ISUID | S_ISGID);
   if (::fchmod(descriptor, old.st_mode & 07777) != 0) fail(errno);

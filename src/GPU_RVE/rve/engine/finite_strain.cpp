@@ -22,7 +22,7 @@ namespace {
     return std::fma(x, y, product) + error;
   }
 
-  // Returns sinh(sqrt(d))/sqrt(d), continued to d <= 0 as sin(sqrt(-d))/sqrt(-d).
+  // Returns sinh(sqrt(d))/sqrt(d) for d > 0, sin(sqrt(-d))/sqrt(-d) for d < 0, and 1 for d = 0.
   double hyperbolic_sinc(double d)
   {
     // The error of four terms of the series is d^4/362880 < 3e-18.
@@ -46,7 +46,8 @@ Tensor3 spatial_rotation(const Vec<double, 3> &turn)
 
 Vec<double, 3> rotation_vector(const Tensor3 &rotation)
 {
-  // The quaternion is computed from its largest component, so no root loses digits.
+  // The largest component of the quaternion is computed first, and the others from it. So no root
+  // loses digits.
   const Tensor3 &r = rotation;
   const double t = trace(r);
   double w;
@@ -73,8 +74,9 @@ Vec<double, 3> rotation_vector(const Tensor3 &rotation)
 }
 
 // The exponential of a plane tensor has a closed form: A = m 1 + B with tr B = 0 has B B = d 1, so
-// exp A = e^m (cosh(sqrt d) 1 + sinh(sqrt d)/sqrt d B). Triangular tensors keep their exact zeros
-// and the exponentials of their diagonals: a motion along one axis must not change the other.
+// exp A = e^m (cosh(sqrt d) 1 + sinh(sqrt d)/sqrt d B). The result of a triangular tensor keeps the
+// exact zero, and its diagonal elements are the exponentials of those of A. So a motion along one
+// axis does not change the other axis.
 Tensor2 exponential(const Tensor2 &a)
 {
   const double mean = 0.5 * (a(0, 0) + a(1, 1));
@@ -100,8 +102,8 @@ Tensor2 exponential(const Tensor2 &a)
 // The exponential is the series of A/2^n, squared n times.
 Tensor3 exponential(const Tensor3 &a)
 {
-  // For an argument of at most 1/2 the remainder of the series after 14 terms is below 2^-14/14! of
-  // the sum, less than the rounding error.
+  // If the norm of the argument is at most 1/2, the remainder of the series after 14 terms is below
+  // 2^-14/14! of the sum. This is less than the rounding error.
   constexpr int TERMS = 14;
   int halvings = 0;
   Tensor3 part = a;
@@ -109,7 +111,7 @@ Tensor3 exponential(const Tensor3 &a)
     part = 0.5 * part;
     ++halvings;
   }
-  // The sum is exp - 1, since adding the identity would cut off its digits.
+  // The loops compute exp(A) - 1, since the addition of the identity would cut off its last digits.
   Tensor3 less_one = Tensor3::zero();
   for (int k = TERMS; k >= 1; --k) less_one = (1.0 / k) * (part * (Tensor3::identity() + less_one));
   for (; halvings > 0; --halvings) less_one = 2.0 * less_one + less_one * less_one;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rotation and stretch of a deformation increment. Functions for small increments also run on a
-// device.
+// Rotation and stretch of a deformation increment. The functions with RVE_HD also run on a device.
 
 #pragma once
 
@@ -27,8 +26,8 @@ inline Tensor2 plane_rotation(double angle)
 /// Returns the right-handed rotation about the direction of `turn` by its length [rad] (Rodrigues).
 Tensor3 spatial_rotation(const Vec<double, 3> &turn);
 
-/// Returns direction and angle of a rotation as one vector whose length is the angle in [0, pi]
-/// [rad]. At pi its sign is arbitrary.
+/// Returns a rotation as a vector along its axis. The length of the vector is the angle, in [0, pi]
+/// [rad]. At the angle pi the sign of the vector is arbitrary.
 Vec<double, 3> rotation_vector(const Tensor3 &rotation);
 
 RVE_HD inline double largest_component(const Tensor3 &t)
@@ -38,9 +37,9 @@ RVE_HD inline double largest_component(const Tensor3 &t)
   return largest;
 }
 
-/// Returns R of F = R U, det F > 0, by Newton's iteration R <- (R + R^-T)/2 (Higham 1986,
-/// "Computing the polar decomposition, with applications", SIAM J. Sci. Stat. Comput. 7), which
-/// converges quadratically. A device gives the same bits.
+/// Returns the rotation R of F = R U, det F > 0. Newton's iteration R <- (R + R^-T)/2 converges
+/// quadratically (Higham 1986, "Computing the polar decomposition, with applications", SIAM J. Sci.
+/// Stat. Comput. 7). Host and device give the same bits.
 RVE_HD inline Tensor3 rotation_of(const Tensor3 &f)
 {
   constexpr int MOST = 100;    // sufficient for a stretch of 2^100; increments need a handful
@@ -49,14 +48,14 @@ RVE_HD inline Tensor3 rotation_of(const Tensor3 &f)
     const Tensor3 next = 0.5 * (rotation + transpose(inverse(rotation)));
     const double change = largest_component(next - rotation);
     rotation = next;
-    if (!(change > 1e-15)) break;    // true for a NaN
+    if (!(change > 1e-15)) break;    // also ends the loop for a NaN
   }
   return rotation;
 }
 
-/// Returns the angle in [0, pi] of this sine and cosine, whose squares must sum to one [rad]. The
-/// angle is halved until the series of the arcsine is exact to the last digit. A device gives the
-/// same bits.
+/// Returns the angle in [0, pi] from its sine and cosine [rad]. The sum of their squares must be
+/// one. The function halves the angle until the series of the arcsine is exact to the last digit.
+/// Host and device give the same bits.
 RVE_HD inline double angle_of(double sine, double cosine)
 {
   constexpr double SMALL = 0.1;
@@ -68,7 +67,8 @@ RVE_HD inline double angle_of(double sine, double cosine)
     sine = 0.5 * sine / cosine;
     doublings *= 2.0;
   }
-  // Terms 1/6, 3/40, 15/336, ...: each is (2n - 1)^2/(2n (2n + 1)) of the previous one.
+  // The coefficients of the series are 1, 1/6, 3/40, 15/336, ... Each is (2n - 1)^2/(2n (2n + 1))
+  // times the previous one.
   const double square = sine * sine;
   double term = sine, sum = sine;
   for (int n = 1; n <= 8; ++n) {
@@ -122,7 +122,8 @@ template <> struct PolarDecomposition<3> {
 };
 template <int D> PolarDecomposition(const Tensor<double, D> &) -> PolarDecomposition<D>;
 
-/// Returns R of F = R U in the plane, det F > 0, without angles. A device gives the same bits.
+/// Returns the rotation R of F = R U in the plane, det F > 0, without trigonometric functions. Host
+/// and device give the same bits.
 RVE_HD inline Tensor2 rotation_of(const Tensor2 &f)
 {
   const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
@@ -131,20 +132,21 @@ RVE_HD inline Tensor2 rotation_of(const Tensor2 &f)
   return Tensor2{{c, -s, s, c}};
 }
 
-/// Returns the angle of a rotation, in [0, pi] [rad]. A device and the host give the same bits.
+/// Returns the angle of a rotation, in [0, pi] [rad]. Host and device give the same bits.
 RVE_HD inline double angle_of_rotation(const Tensor2 &r)
 {
   return angle_of(std::fabs(r(1, 0)), r(0, 0));
 }
-/// Returns the angle of a rotation in space, in [0, pi] [rad], from the axial vector, whose length
-/// is twice the sine of the angle.
+/// Returns the angle of a rotation in space, in [0, pi] [rad]. The length of the axial vector is
+/// twice the sine of the angle.
 RVE_HD inline double angle_of_rotation(const Tensor3 &r)
 {
   const Vec<double, 3> axis = axial_vector(r);
   return angle_of(0.5 * std::sqrt(dot(axis, axis)), 0.5 * (trace(r) - 1.0));
 }
 
-/// Rotation and Biot strain of an increment without the angle.
+/// Rotation and Biot strain of an increment. Unlike PolarDecomposition it does not compute the
+/// angle.
 template <int D> struct RotationAndStrain {
   Tensor<double, D> rotation, strain;
 
@@ -181,9 +183,9 @@ RVE_HD inline double strain_size(const Tensor2 &f)
   return std::sqrt(0.5 * ((sum - 2.0) * (sum - 2.0) + square_of_difference));
 }
 
-/// Finds strain_size() of a small increment in space, such as that of a macro step, to twelve
-/// digits. It uses the series of U = sqrt(1 + 2E), E = (F^T F - 1)/2 [-]. Returns false if the
-/// strain is not small.
+/// Finds strain_size() of a small increment in space, such as the increment of a macro step, to
+/// twelve digits. It uses the series of U = sqrt(1 + 2E), E = (F^T F - 1)/2 [-]. Returns false if
+/// the strain is not small.
 RVE_HD inline bool find_strain_size(const Tensor3 &f, double &size)
 {
   constexpr double SMALL = 1e-3;
@@ -208,36 +210,38 @@ inline double strain_size(const Tensor3 &f)
 constexpr double NO_BOUND = std::numeric_limits<double>::infinity();
 
 /// Returns an upper bound of the angle of the rotation in a deformation increment [rad]. The bound
-/// is close if rotation and strain are small, and infinite if only a polar decomposition would give
-/// the angle.
+/// is close to the angle if rotation and strain are small. It can be infinite if one of them is
+/// large; only a polar decomposition then gives the angle.
 RVE_HD inline double bound_of_rotation(const Tensor2 &f)
 {
   const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
   return twice_cosine > 0.0 ? std::fabs(twice_sine) / twice_cosine : NO_BOUND;
 }
 
-/// Returns the bound of the angle in space. F = R U gives F - F^T = R - R^T + (R - 1)(U - 1) - (U -
-/// 1)(R - 1)^T. The axial vector of F - F^T is at least 2 sin(angle) - sqrt(2) angle |U - 1| long.
-/// That is at least angle/0.55 if the angle is below 0.45 and |U - 1| below 1/40.
+/// Returns the bound for an increment in space. F = R U gives F - F^T = R - R^T + (R - 1)(U - 1) -
+/// (U - 1)(R - 1)^T. The length of the axial vector of F - F^T is at least 2 sin(angle) - sqrt(2)
+/// angle |U - 1|. This lower bound is at least angle/0.55 if the angle is below 0.45 and |U - 1| is
+/// below 1/40.
 RVE_HD inline double bound_of_rotation(const Tensor3 &f)
 {
   const Vec<double, 3> axis = axial_vector(f);
-  // |U - 1| is about half of this norm. The trace is at most sqrt(3) |U - 1| above 1 + 2
-  // cos(angle).
+  // |U - 1| is about half of the norm of F^T F - 1. The trace of F exceeds 1 + 2 cos(angle) by at
+  // most sqrt(3) |U - 1|.
   const bool turns_little = trace(f) > 2.85 && norm(transpose(f) * f - Tensor3::identity()) < 0.05;
   return turns_little ? 0.55 * std::sqrt(dot(axis, axis)) : NO_BOUND;
 }
 
-/// Returns the deformation after a share of the increment, 0 to 1: R^share (1 + share (U - 1)), the
-/// path that the engine takes.
+/// Returns the deformation after a share of the increment, from 0 to 1: R^share (1 + share (U -
+/// 1)). The engine deforms an RVE along this path.
 template <int D> Tensor<double, D> part_of_increment(const Tensor<double, D> &f, double share)
 {
   const PolarDecomposition polar(f);
   return polar.part_of_rotation(share) * (Tensor<double, D>::identity() + share * polar.strain);
 }
 
-/// Returns exp(A), the deformation by a velocity gradient A/t in the time t. Exact zeros are
-/// preserved: a motion along one axis does not change the other components of the increment.
+/// Returns exp(A): the deformation in the time t by the constant velocity gradient A/t. Exact zeros
+/// are preserved, so that a motion along one axis does not change the other components of the
+/// increment.
 Tensor2 exponential(const Tensor2 &a);
 Tensor3 exponential(const Tensor3 &a);
 

@@ -28,7 +28,8 @@ template <int D> class GrainBins {
       least = std::min(least, count_[a]);
       bins *= static_cast<std::size_t>(std::max(count_[a], 1));
     }
-    // With fewer than three bins an axis would have the same bin on both sides.
+    // With fewer than three bins along an axis, the bins on both sides of a bin would be the same
+    // one.
     if (least < 3) {
       is_single_ = true;
       bins = 1;
@@ -39,7 +40,8 @@ template <int D> class GrainBins {
 
   void add(const RveStateOf<D> &state, int i) { grains_[index(site(state, i))].push_back(i); }
 
-  /// Returns true if work(other) is true for a grain in the bin of grain i or in those around it.
+  /// Calls work(other) for the grains in the bin of grain i and in the bins around it, until work
+  /// returns true. Returns true if it did.
   template <class Work> bool any_near(const RveStateOf<D> &state, int i, const Work &work) const
   {
     const int around = is_single_ ? 1 : D == 2 ? 9 : 27;

@@ -39,8 +39,8 @@ namespace {
 #endif
   }
 
-  /// Returns the Linux kernel's estimate of the memory that programs can take without swapping
-  /// [bytes]; 0 if it is unknown.
+  /// Returns the memory that programs can allocate without swapping [bytes], estimated by the Linux
+  /// kernel; 0 if it is unknown.
   std::size_t available_memory()
   {
     std::ifstream file("/proc/meminfo");
@@ -162,7 +162,7 @@ namespace {
       };
       const HostWorkspaceSizes sizes =
           kernel.workspace_sizes(call.largest, call.pair_capacity, call.variant);
-      FirstError failed;    // allocation of a workspace may fail
+      FirstError failed;    // the allocation of a workspace can fail
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
         const int k = call.order ? (*call.order)[m] : m;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The block program on a CPU thread, for RVEs of RVE_KERNEL_DIMENSION in the number format
-// RVE_KERNEL_FORMAT. It is compiled for each instruction set, with RVE_ISA = baseline or v3. All
-// instruction sets give the same bits: std::fma is exact everywhere, but slow without hardware
-// support.
+// The block program (the code that advances one RVE) on a CPU thread, for RVEs of
+// RVE_KERNEL_DIMENSION dimensions in the number format RVE_KERNEL_FORMAT. It is compiled for each
+// instruction set, with RVE_ISA = baseline or v3. All instruction sets give the same bits, since
+// std::fma has a single rounding everywhere. Without hardware support it is slow.
 
 #include "rve/engine/host_kernels.h"
 
@@ -24,7 +24,8 @@ namespace rve {
 
 inline namespace RVE_ISA {
 
-  /// Block type of a kernel configuration, and the order in which its steps visit grains.
+  /// Block type and traversal of a kernel configuration whose steps visit one grain after the
+  /// other.
   template <class Config> struct OneByOne {
     using Block = BlockSerial;
     using Grains = GrainItems<Block, Config>;
@@ -34,7 +35,7 @@ inline namespace RVE_ISA {
     using Block = BlockSimd<kPackedGrains>;
     using Grains = PackedGrains<Block, Config>;
   };
-  // The format single is not optimised, and energy bookkeeping visits one grain after the other.
+  // The format single and kernels with energy bookkeeping visit one grain after the other.
   template <class Config>
   using Traversal = std::conditional_t<!Config::has_bookkeeping &&
                                            !std::is_same_v<typename Config::Numbers, SingleNumbers>,
@@ -67,9 +68,9 @@ inline namespace RVE_ISA {
     kernel.run(answer, detail);
   }
 
-  /// Kernel variant that runs the calls of `variant`: normally `variant` itself. With
-  /// RVE_RICH_VARIANTS_ONLY it is the general variant that prepares the same calls and gives the
-  /// same bits. Compile times are then short, but runs are slower.
+  /// Kernel variant that runs the calls of `variant`. Normally it is `variant` itself. With
+  /// RVE_RICH_VARIANTS_ONLY it is VariantTraits::prepared_like, a more general variant that gives
+  /// the same bits. This shortens compile times, but runs are slower.
 #if defined(RVE_RICH_VARIANTS_ONLY)
   template <KernelVariant variant>
   constexpr KernelVariant kWorker = VariantTraits<variant>::prepared_like;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Interface to the block program, the code that advances one RVE, on a CPU thread. The program is
 // compiled for each instruction set, dimension and number format. The interface consists of plain
-// data.
+// data, so that it does not depend on the instruction set.
 
 #pragma once
 
@@ -33,10 +33,10 @@ template <int D> struct HostKernel {
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, KernelVariant variant);
 };
 
-/// Instruction sets, with the names of RVE_ISA.
+/// Instruction sets. The names are the values of the macro RVE_ISA.
 enum class InstructionSet { baseline, v3 };
 
-/// Returns the functions of a translation unit (host_kernels.cpp).
+/// Returns the functions that host_kernels.cpp defines when it is compiled for these arguments.
 template <InstructionSet isa, int D, Format format> HostKernel<D> host_kernel();
 
 template <InstructionSet isa, int D> HostKernel<D> host_kernel(Format format)

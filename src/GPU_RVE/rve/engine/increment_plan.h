@@ -14,15 +14,15 @@
 
 namespace rve {
 
-/// Largest slip angle of contacts in a rotation [rad], over the mean overlap / sum of radii [-]. If
-/// a cell rotates within a few DEM steps, contacts slip by the angle of rotation, since grains do
-/// not spin yet. Above the limit the RVE is turned rigidly instead. At the limit, the tangential
-/// force is a hundredth of the normal force for k_t = k_n.
+/// Largest allowed ratio of the slip angle of contacts in a rotation [rad] to the mean overlap /
+/// sum of radii [-]. If a cell rotates within a few DEM steps, contacts slip by the angle of the
+/// rotation, since the grains do not spin yet. Above the limit the RVE is turned rigidly instead.
+/// At the limit, the tangential force is a hundredth of the normal force for k_t = k_n.
 constexpr double TURN_OF_OVERLAP = 1e-2;
 
 /// Largest rotation of one segment of a macro increment [rad]. Larger rotations have several
-/// segments. Within a segment the cell moves along the chord of the rotation. On the chord its area
-/// is smaller by at most a share of 2.5e-5.
+/// segments. Within a segment the cell moves along the chord of the rotation. On the chord the area
+/// of the cell is smaller by at most a share of 2.5e-5.
 constexpr double LARGEST_TURN = 0.01;
 
 RVE_HD inline bool turns_little(const Tensor2 &f)
@@ -44,20 +44,21 @@ template <int D> RVE_HD bool is_simple(const Tensor<double, D> &f)
   return finite(f) && determinant(f) > 0.0 && turns_little(f);
 }
 
-/// Compliance of the mean grain of an RVE whose contacts have constant moduli.
+/// Data of an RVE whose contacts have constant moduli, for estimates of overlaps and of slip in
+/// rotations.
 struct LinearContacts {
   double depth = 0.0;        ///< factor from a pressure to a force per length [length]
   double stiffness = 0.0;    ///< stiffness of the normal springs [force/length]
   double frequency = 0.0;    ///< frequency of uniformly spinning grains in a fixed cell [1/time]
 
-  /// Returns the overlap over diameter at a pressure [-], as rve::contact_strain().
+  /// Returns overlap / diameter at a pressure [-], like rve::contact_strain().
   RVE_HD double strain(double pressure) const { return pressure * depth / stiffness; }
 };
 
 /// Returns the largest slip angle of contacts if the cell rotates by `angle` in `substeps` steps of
-/// dt [rad]. Grains that do not follow slip by the whole angle. At a constant rate of rotation
-/// grains lag by this rate over their `frequency`. They lag by at least one step, since they do not
-/// spin before the first one.
+/// dt [rad]. If grains do not follow the rotation, contacts slip by the whole angle. At a constant
+/// rate of rotation the grains lag behind the cell by the angle (rate of rotation) / `frequency`.
+/// The lag is at least the angle of one step, since grains do not spin before the first step.
 RVE_HD inline double slip_of_rotation(double angle, int substeps, double dt, double frequency)
 {
   const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
@@ -70,13 +71,14 @@ template <int D> RVE_HD bool is_turned(double mean_overlap, const Tensor<double,
   return !(angle_of_rotation(rotation_of(deformation)) <= TURN_OF_OVERLAP * mean_overlap);
 }
 
-/// Returns true if a rotation lets contacts of this mean overlap slip too far in these DEM steps,
-/// so that the RVE must be turned rigidly. frequency(): as in slip_of_rotation().
+/// Returns true if contacts of this mean overlap would slip too far in the DEM steps because of the
+/// rotation in the increment. The RVE must then be turned rigidly. frequency() returns the argument
+/// `frequency` of slip_of_rotation().
 template <int D, class Frequency>
 RVE_HD bool slips(const Tensor<double, D> &increment, int substeps, double dt, double mean_overlap,
                   const Frequency &frequency)
 {
-  const double limit = TURN_OF_OVERLAP * mean_overlap;    // the slip is no larger than the angle
+  const double limit = TURN_OF_OVERLAP * mean_overlap;    // the slip is at most the angle
   if (bound_of_rotation(increment) <= limit) return false;
   const double angle = angle_of_rotation(rotation_of(increment));
   return !(angle <= limit || slip_of_rotation(angle, substeps, dt, frequency()) <= limit);
@@ -89,16 +91,16 @@ struct PlannedRve {
   double density = 0.0;       ///< rve::inertial_density() [mass/length^3]
   LinearContacts contacts;
   StiffeningLimit limit;
-  std::uint32_t status = 0;    ///< status of the last DEM steps
+  std::uint32_t status = 0;    ///< status after the last DEM steps
 };
 
-/// Cost of a diagnostic evaluation with the affine stiffness, and overhead of a call, both in DEM
-/// steps. Measured with 19,200 RVEs of 400 disks on an H200.
+/// Cost of a diagnostic evaluation with the affine stiffness, and overhead of a call. Both are
+/// given as a number of DEM steps. Measured with 19,200 RVEs of 400 disks on an H200.
 constexpr double EVALUATION_IN_STEPS = 30.0, CALL_IN_STEPS = 3.0;
 
-/// Returns true if an evaluation is worth its cost. After it the RVE could be quiescent for limit /
-/// strain macro steps of this strain_size(). Each of them saves `substeps` DEM steps and the
-/// overhead of a call.
+/// Returns true if an evaluation is worth its cost. After an evaluation the RVE could be quiescent
+/// for limit / strain macro steps, where `strain` is the strain_size() of one macro step. Each
+/// skipped macro step saves `substeps` DEM steps and the overhead of a call.
 RVE_HD inline bool is_worth_an_evaluation(double strain, int substeps, double limit)
 {
   return (substeps + CALL_IN_STEPS) * limit > EVALUATION_IN_STEPS * strain;
@@ -112,8 +114,9 @@ enum class Skipping {
 };
 
 /// Decides if a macro step of an RVE with status Ok is skipped or ends with an evaluation. `strain`
-/// is the strain of the step, `of_all` the strain since the last DEM steps of the RVE, `substeps()`
-/// the number of DEM steps of the macro step.
+/// is the strain of the macro step, `of_all` the strain since the last DEM steps of the RVE,
+/// `limit` the strain below which the RVE may be quiescent. `substeps()` returns the number of DEM
+/// steps of the macro step.
 template <class Substeps>
 RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limit,
                             const Substeps &substeps)
@@ -151,14 +154,14 @@ template <int D> struct IncrementPlan {
   PlanKind kind = PlanKind::Refused;
   int substeps = 0;
   bool is_evaluated = false;    ///< diagnostic evaluation at the end of the steps
-  /// Deformation of the DEM steps. It includes a deferred increment. If the RVE is turned, it does
-  /// not include `rotation`.
+  /// Deformation of the DEM steps, including a deferred increment. If the RVE is turned rigidly
+  /// first, `rotation` is the rigid rotation, and `deformation` does not include it.
   Tensor<double, D> deformation, rotation;
 };
 
-/// Returns the plan of a macro step of an RVE. `quiescent` is read if the RVE has a deferred
-/// increment.
-/// Adaptive substeps need contacts with constant moduli.
+/// Returns the plan of a macro step of an RVE with the deformation increment `f`. `quiescent` is
+/// read only if the RVE has a deferred increment. Adaptive substeps require contacts with constant
+/// moduli.
 template <int D>
 RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const PlannedRve &rve, Rest rest,
                                        const QuiescentStateOf<D> *quiescent,
@@ -188,7 +191,7 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
     }
     plan.is_evaluated = skipping == Skipping::Evaluation;
   }
-  // The deferred increment may have any rotation, which is removed below.
+  // The deferred increment can contain a rotation of any size. The rotation is removed below.
   if (owing && !(finite(plan.deformation) && determinant(plan.deformation) > 0.0)) return plan;
   if (options.is_adaptive) plan.substeps = options.substeps_of(of_all, rve);
   plan.kind = PlanKind::Simple;
@@ -203,8 +206,8 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
   plan.kind = PlanKind::Turned;
   plan.rotation = take_rotation(plan.deformation);
   if (!options.is_adaptive) return plan;
-  // The number of steps follows from the strain of the remaining stretch. Its last digits may
-  // differ from those before the removal of the rotation.
+  // The number of steps is computed from the strain of the remaining stretch. This strain can
+  // differ in the last digits from the strain before the removal of the rotation.
   if (find_strain_size(plan.deformation, of_all))
     plan.substeps = options.substeps_of(of_all, rve);
   else

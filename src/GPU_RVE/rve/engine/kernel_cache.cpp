@@ -111,7 +111,7 @@ bool KernelCache::load(const std::string &key, DeviceCode &kernel)
     return false;
   }
   const std::size_t name = digits + key.size() + 1, end = text.find('\0', name);
-  // The file may belong to another key with the same hash.
+  // The file can belong to another key with the same hash.
   if (text.compare(digits, key.size() + 1, key + '\0') != 0 || end == std::string::npos)
     return false;
   kernel.kernel = text.substr(name, end - name);
@@ -136,15 +136,15 @@ KernelCache::Turn::Turn(const KernelCache &cache, const std::string &key, double
   if (cache.folder_.empty()) return;
   const std::string file = cache.folder_ + "/lock";
   descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  // The lock of a key is one byte of the file, at the hash of the key. The file stays empty, and
-  // there are no lock files to remove. The lock belongs to the descriptor, not to the process, so
-  // it also works between threads.
+  // The lock of a key covers one byte of the file `lock`. The offset of the byte is the hash of the
+  // key. The file stays empty, and no lock files must be removed. The lock belongs to the
+  // descriptor, not to the process, so it also works between threads.
   struct flock byte = {};
   byte.l_type = F_WRLCK;
   byte.l_whence = SEEK_SET;
   byte.l_start = static_cast<off_t>(checksum_of(key.data(), key.size()) >> 2);    // not negative
   byte.l_len = 1;
-  // The lock is polled, since a wait in the Linux kernel has no time limit.
+  // The loop polls the lock, since a blocking wait would have no time limit.
   const auto begin = WallClock::now();
   for (;;) {
     is_mine_ = ::fcntl(descriptor_, F_OFD_SETLK, &byte) == 0;
@@ -155,7 +155,7 @@ KernelCache::Turn::Turn(const KernelCache &cache, const std::string &key, double
   }
 }
 
-/// The lock ends with the descriptor, even if the process is killed.
+/// Releases the lock. The operating system also closes the descriptor if the process is killed.
 KernelCache::Turn::~Turn()
 {
   if (descriptor_ >= 0) ::close(descriptor_);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Cache of compiled kernels on disk, for later runs and for the other ranks of this run.
+// Cache of compiled kernels on disk. Later runs and the other ranks of this run find the kernels
+// there.
 //
 // A file of the cache is code that a GPU runs in the name of the user. So the folder must belong to
-// the user and be closed to others; another folder is not used, and obstacle() gives the reason. A
-// file is written completely or not at all (OutputFile). A file contains its key and a checksum; if
-// one of them does not match, the kernel is compiled again.
+// the user, and other users must have no access to it. A folder with another owner or mode is not
+// used, and obstacle() gives the reason. A file is written completely or not at all (OutputFile).
+// It contains the key of the kernel and a checksum; if one of them does not match, the kernel is
+// compiled again.
 
 #pragma once
 
@@ -16,26 +18,28 @@ namespace rve {
 
 class KernelCache {
  public:
-  /// Returns the folder in GPU_RVE_KERNEL_CACHE; "" if that disables the cache. The default is
-  /// gpu_rve/kernels in XDG_CACHE_HOME or in ~/.cache.
+  /// Returns the folder in the environment variable GPU_RVE_KERNEL_CACHE; "" if the variable
+  /// disables the cache. The default is gpu_rve/kernels in XDG_CACHE_HOME or in ~/.cache. Throws
+  /// InputError if the variable is neither an absolute path nor a word such as 0, no or off.
   static std::string chosen_folder();
 
-  /// Makes the folder if it does not exist. "" means no cache.
+  /// Creates the folder if it does not exist. "" disables the cache.
   explicit KernelCache(std::string folder);
 
-  /// Returns the reason why the cache is not used although requested, or why the last kernel was
-  /// not stored; empty if there is none.
+  /// Returns the last problem: the reason why the folder is not used, a damaged file, or the reason
+  /// why the last kernel was not stored. Empty if there is no problem.
   const std::string &obstacle() const { return obstacle_; }
 
-  /// Loads the kernel of a key, which is a text of everything that the code depends on. Returns
-  /// false if there is no sound file.
+  /// Loads the kernel of a key. The key is a text that contains everything that the code depends
+  /// on. Returns false if the cache has no valid file for the key.
   bool load(const std::string &key, DeviceCode &kernel);
 
   void store(const std::string &key, const DeviceCode &kernel);
 
-  /// Lock on a key during its lifetime. Other objects with the same key wait, for at most
-  /// `seconds`, since a process may hang and a file system may have no locks. Other keys are
-  /// independent.
+  /// Lock on a key, held during the lifetime of the object. Another object with the same key waits
+  /// for the lock in its constructor, also in another process. It waits for at most `seconds` and
+  /// then continues without the lock, since the owner of the lock can hang. Without locks in the
+  /// file system it continues at once. Locks of different keys are independent.
   class Turn {
    public:
     Turn(const KernelCache &cache, const std::string &key, double seconds = 300.0);

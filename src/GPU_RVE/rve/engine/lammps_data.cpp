@@ -33,7 +33,7 @@ namespace {
     const double xy = cosine * h(0, 1) + sine * h(1, 1);
     const double reduction = std::round(xy / lx);
     state.cell = Tensor2{{lx, xy - reduction * lx, 0.0, determinant(h) / lx}};
-    // a s_x + b s_y = a (s_x + n s_y) + (b - n a) s_y
+    // a s_x + b s_y = a (s_x + n s_y) + (b - n a) s_y with the integer n = reduction
     add_multiple(state, reduction, 1, 0);
     for (std::size_t i = 0; i < state.velocity.size(); i += 2) {
       const double x = state.velocity[i], y = state.velocity[i + 1];
@@ -60,7 +60,7 @@ namespace {
     state.cell = rotation * state.cell;
     for (int k = 0; k < 3; ++k)
       for (int row = k + 1; row < 3; ++row) state.cell(row, k) = 0.0;
-    // The function subtracts multiples of vector `other` from vector `axis`.
+    // reduce() subtracts the nearest whole multiple of cell vector `other` from cell vector `axis`.
     const auto reduce = [&](int axis, int other) {
       const double multiple = std::round(state.cell(other, axis) / state.cell(other, other));
       for (int k = 0; k < 3; ++k) state.cell(k, axis) -= multiple * state.cell(k, other);
@@ -79,7 +79,7 @@ namespace {
     return state;
   }
 
-  /// Returns the components as in " 1 2 3".
+  /// Returns the components as text, such as " 1 2 3".
   template <int D> std::string text_of(const Vec<double, D> &vector)
   {
     std::string text;
@@ -91,7 +91,7 @@ namespace {
     return " " + exact(value);
   }
 
-  /// Returns the components of grain i; for disks z is 0.
+  /// Returns the components of vector i of `vectors` as text; for disks the z component is 0.
   template <int D> std::string components(const std::vector<double> &vectors, int i)
   {
     std::string text;

@@ -14,8 +14,8 @@ namespace rve {
 
 namespace {
 
-  /// Default and largest solid fraction of a loose cloud. Random addition jams at somewhat larger
-  /// fractions.
+  /// Default and largest solid fraction of a loose cloud. Random addition of grains jams at
+  /// somewhat larger fractions.
   template <int D> struct CloudFraction;
   template <> struct CloudFraction<2> {
     static constexpr double usual = 0.4, most = 0.5;    // jams at 0.55
@@ -61,7 +61,8 @@ namespace {
     in_range(recipe.radius_max, recipe.radius_min, LARGEST, "largest grain radius [length]");
   }
 
-  /// Checks that forces grow with overlaps. The search for an overlap at a pressure ends only then.
+  /// Checks material and radii. The search for the overlap at a pressure would not end if forces
+  /// did not grow with overlaps.
   template <int D> void check_material(const PackingRecipe &recipe)
   {
     RveStateOf<D> grains;

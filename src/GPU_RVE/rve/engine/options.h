@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Options that a user chooses once for a batch. Engines translate them to template arguments.
+// Options that a user chooses once for a batch of RVEs. The engine selects kernels that were
+// compiled for these options.
 
 #pragma once
 
@@ -26,12 +27,12 @@ enum class Arms { Contact, Lammps };
 enum class Arithmetic { Strict, Relaxed };
 
 struct Options {
-  ContactModel contacts;    ///< contact model that all RVEs need together (contacts_of)
+  ContactModel contacts;    ///< contact model for all RVEs (contacts_of)
   Format format = Format::Mixed;
   Arithmetic arithmetic = Arithmetic::Strict;
   Device device = Device::Auto;
   Arms arms = Arms::Contact;
-  int threads = 0;    ///< CPU threads; 0: number of OpenMP (OMP_NUM_THREADS)
+  int threads = 0;    ///< CPU threads; 0: default of OpenMP (OMP_NUM_THREADS)
   /// Local rank, which selects the CUDA device. If there are more ranks than devices, several ranks
   /// use one device.
   int device_number = 0;

@@ -18,8 +18,8 @@ namespace rve {
 
 namespace {
 
-  /// Throws InputError if radii, stiffness and pressure give overlaps above LARGEST_CONTACT_STRAIN.
-  /// Called before the preparation.
+  /// Throws InputError if radii, stiffness and pressure give an overlap / diameter above
+  /// LARGEST_CONTACT_STRAIN. Called before the preparation.
   template <int D> void check_overlap(const PackingRecipe &recipe)
   {
     const Material &material = recipe.material;
@@ -53,7 +53,8 @@ namespace {
   {
     Material material = recipe.material;
     material.friction = friction;
-    // Resistances to rolling and twisting are set at the end, which disturbs no grain at rest.
+    // The packing gets resistance to rolling and twisting after the preparation. This disturbs no
+    // grain at rest.
     material.rolling_friction = material.twisting_friction = material.twisting_marshall = 0.0;
     material.local_damping = recipe.preparation_damping;
     return material;
@@ -63,8 +64,8 @@ namespace {
   constexpr double ANY_TIME_STEP = 1e30;
 
   // Returns the frequency of a contact of the two lightest spheres with this overlap [1/time]: the
-  // larger one of its normal and its tangential frequency. In the tangential one each sphere
-  // contributes 1/m + r^2/I = 7/(2 m).
+  // larger of its normal and its tangential frequency. In the tangential frequency the inverse mass
+  // of a sphere is 1/m + r^2/I = 7/(2 m).
   double pair_frequency_at(const RveStateOf<3> &state, double overlap)
   {
     std::vector<double> r = state.radius;
@@ -81,7 +82,7 @@ namespace {
     return std::sqrt(per_mass * std::max(moduli.normal, 3.5 * moduli.tangential));
   }
 
-  /// Owner of a copy of a state in the engine.
+  /// RVE in the engine, made from a state. The destructor removes the RVE.
   template <int D> class Lease {
    public:
     Lease(EngineOf<D> &_engine, const RveStateOf<D> &state) :
@@ -98,7 +99,8 @@ namespace {
     int number;
   };
 
-  /// Returns the stresses as text, as in "-sigma_xx and -sigma_yy".
+  /// Returns a text with the values of the pressures along the axes: "-sigma_xx and -sigma_yy" for
+  /// disks.
   template <int D> std::string pressures(const ResultOf<D> &result)
   {
     std::string words = number(-result.stress(0, 0));
@@ -107,15 +109,15 @@ namespace {
     return words;
   }
 
-  /// Returns mean lateral over vertical stress; 0 without stress.
+  /// Returns the ratio of the mean lateral stress to the vertical stress [-]; 0 without stress.
   template <int D> double lateral_ratio(const Tensor<double, D> &stress)
   {
     const double vertical = stress(D - 1, D - 1);
     return vertical == 0.0 ? 0.0 : (trace(stress) - vertical) / ((D - 1) * vertical);
   }
 
-  /// Returns a remedy for the case that grains cannot carry the unequal stresses of a leg; empty
-  /// for equal stresses. The text begins with `before`.
+  /// Returns the remedy if grains may be unable to carry the unequal stresses of a leg; empty for
+  /// equal stresses. The text begins with `before`.
   std::string remedy_of_ratio(const Leg &leg, const std::string &before)
   {
     if (leg.k0 == 1.0) return "";
@@ -124,8 +126,8 @@ namespace {
         " may not carry this ratio of stresses";
   }
 
-  /// Preparation of one packing by successive calls of an engine, which it shares with other
-  /// preparations.
+  /// Preparation of one packing by successive calls of an engine. Other preparations use the same
+  /// engine.
   template <int D> class Preparation {
    public:
     Preparation(const PackingRecipe &_recipe, EngineOf<D> &_engine) :
@@ -169,8 +171,8 @@ namespace {
                                  result.coordination_number,
                                  result.unbalanced_ratio,
                                  lateral_ratio<D>(result.stress)};
-      // The packing must be at rest after two successive calls. An oscillating servo may pass its
-      // goal while the stress error and the unbalanced ratio are small by chance.
+      // The packing must be at rest after two successive calls. An oscillating servo can pass its
+      // goal at a moment at which the stress error and the unbalanced ratio are small by chance.
       const bool is_at_rest = at_rest(result, leg);
       if (is_at_rest && was_at_rest) {
         k0 = report.k0;
@@ -189,9 +191,11 @@ namespace {
       return report;
     }
 
-    /// Returns true if the leg is not new, so that its time step must be updated.
+    /// Returns true if the packing is not ready and its leg is not new. The time step must then be
+    /// updated.
     bool follows_time_step() const { return lease && steps_of_leg > 0; }
-    /// Sets the time step from the state, or, for spheres, from the bound of the engine.
+    /// Sets the time step: for disks from the state, for spheres from the bound that the engine has
+    /// computed.
     void follow_time_step(const RveStateOf<D> &state) { dt = time_step(state); }
     void follow_time_step(double bound) { dt = time_step(bound); }
 
@@ -212,7 +216,7 @@ namespace {
     EngineOf<D> &engine;
     RveStateOf<D> cloud;
     WaySearch<D> search;
-    std::unique_ptr<Lease<D>> lease;    // copy for the present leg; null when ready
+    std::unique_ptr<Lease<D>> lease;    // RVE of the present leg; null when the packing is ready
     Way<D> way{};
     std::size_t current = 0;    // index of the leg
     Specimen<D> specimen{};     // state at the end of the last leg
@@ -220,7 +224,7 @@ namespace {
     double dt = 0.0;
     double coming_pair_frequency = 0.0;    // pair_frequency_at() for the leg [1/time]
     bool was_at_rest = false;
-    double k0 = 1.0;    // at the end of the last leg
+    double k0 = 1.0;    // lateral over vertical stress at the end of the last leg
     std::int64_t steps = 0, steps_of_leg = 0;
 
     void begin(Way<D> new_way)
@@ -279,9 +283,10 @@ namespace {
     }
 
     // Returns the time step of the next call for disks. Gershgorin's bound does not include
-    // contacts that form within a call, so a margin is kept. A packing without contacts gets the
-    // step that its grains need in a dense network. That is about 0.55 of the step for a single
-    // contact with deepest_overlap().
+    // contacts that form within a call, so the step is 0.8 of the bound. It is at most half of the
+    // step for a single contact with deepest_overlap(). A packing without contacts gets this half,
+    // which is short enough for a dense network: there the stable step is about 0.55 of the step
+    // for a single contact.
     double time_step(const RveStateOf<D> &state) const
     {
       const double overlap = deepest_overlap(state.material);
@@ -326,8 +331,8 @@ namespace {
     }
   };
 
-  /// Updates the time steps of the next call. Gershgorin's bounds are computed on the host between
-  /// two calls, by all threads; those of spheres are computed by the engine.
+  /// Updates the time steps of the next call. For disks the host computes Gershgorin's bounds
+  /// between two calls, with all threads. For spheres the engine computes the bounds.
   template <int D>
   void follow_time_steps(EngineOf<D> &engine, const std::vector<Preparation<D> *> &preparations)
   {
@@ -353,8 +358,8 @@ namespace {
     }
   }
 
-  /// Returns the length that makes a pressure a force per length of the cell: the thickness of
-  /// disks, the width of a cell of spheres [length].
+  /// Returns the length by which a pressure is multiplied to give a force per length of the cell:
+  /// the thickness of disks, or the width of a cell of spheres [length].
   template <int D> double servo_depth(const RveStateOf<D> &state)
   {
     return D == 2 ? state.material.thickness : edge_of_volume<D>(state.cell_volume());

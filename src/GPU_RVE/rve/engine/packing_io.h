@@ -12,8 +12,8 @@
 namespace rve {
 
 /// Reads a packing file. Throws InputError with path:line for anything missing, broken or out of
-/// range. Tangential forces become pairs without a list (list_cell is zero): the engine builds the
-/// list.
+/// range. Contacts of the file become pairs of the state. The state has no list (list_cell is
+/// zero), and the engine builds it.
 ///
 /// The file is plain text with comments after `#` and one statement per line, in this order:
 ///   gpu_rve_packing 1            for disks; 2, followed by a line `dimension 2` or `dimension 3`,
@@ -35,11 +35,11 @@ namespace rve {
 ///   checksum digits              16 hexadecimal digits, or none (not checked), as in files
 ///                                that are written by hand
 ///   end
-/// The checksum is FNV-1a with 64 bits over the preceding statements without comments, each as its
-/// words with single blanks in between and a line feed at the end. Numbers are the shortest
-/// decimals that read back to the same double, so a file holds a state exactly. The file has no run
-/// counters, energy bookkeeping or Verlet list, which belong to a run (see serialize). A packing of
-/// the other dimension is an error.
+/// The checksum is the 64-bit FNV-1a hash of the preceding statements without comments. In the
+/// hashed text the words of a statement are separated by single blanks, and each statement ends
+/// with a line feed. Numbers are the shortest decimals that read back to the same double, so a file
+/// stores a state exactly. The file has no run counters, energy bookkeeping or Verlet list, which
+/// belong to a run (see serialize). Throws InputError also if the packing has the other dimension.
 template <int D = 2> RveStateOf<D> read_packing(const std::string &path);
 
 /// Returns the dimension of a packing file or of the first packing of a library: 2 for disks, 3 for
@@ -51,9 +51,9 @@ int dimension_of_packing(const std::string &path);
 /// not sound or the file cannot be written.
 template <int D> void write_packing(const std::string &path, const RveStateOf<D> &state);
 
-/// Reads a library. A packing file is read as a library of one packing; its row has only the number
-/// of grains and the void ratio. Throws InputError with path:line for anything missing, broken or
-/// out of range, and if index and packings disagree.
+/// Reads a library. A packing file is read as a library of one packing. The row of this packing has
+/// only the number of grains and the void ratio. Throws InputError with path:line for anything
+/// missing, broken or out of range, and if index and packings disagree.
 ///
 /// A library is plain text like a packing file:
 ///   gpu_rve_library 1
@@ -81,10 +81,10 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
 /// pi r^3), so that LAMMPS computes the same mass. LAMMPS' moment of inertia is 2/5 m r^2 unless
 /// `fix nve/sphere ... disc` is used; the engine's is m r^2/2.
 ///
-/// Contact forces are those of the springs, without dashpots, on the first grain: -f_n n + f_t
-/// (-n_y, n_x) for disks, and -f_n n + f_t for spheres. With rolling forces there is a column for
-/// the moment on the first grain over the reduced radius. For spheres there are three columns for
-/// the rolling force and one for the twisting moment, as in PairOf<3>.
+/// Contact forces are the forces of the springs on the first grain, without dashpots: -f_n n + f_t
+/// (-n_y, n_x) for disks, and -f_n n + f_t for spheres. If the state has rolling forces, a column
+/// for disks contains the moment on the first grain divided by the reduced radius. For spheres
+/// three columns contain the rolling force and one the twisting moment, as in PairOf<3>.
 template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state);
 
 }    // namespace rve

@@ -37,7 +37,8 @@ int draw(std::uint64_t seed, std::int64_t id, int count, std::uint64_t purpose)
   std::uint64_t bits = splitmix64(seed);
   bits = splitmix64(bits ^ purpose);
   bits = splitmix64(bits ^ static_cast<std::uint64_t>(id));
-  // The upper half is a fraction of 2^32, so probabilities differ by less than count / 2^32.
+  // The upper 32 bits are an integer share of 2^32, so the relative difference of two probabilities
+  // is below count / 2^32.
   return static_cast<int>(((bits >> 32) * static_cast<std::uint64_t>(count)) >> 32);
 }
 
@@ -104,7 +105,7 @@ std::optional<int> StressLevels::nearest(double wanted) const
 {
   if (!(std::isfinite(wanted) && wanted > 0.0)) return {};
   int found = 0;
-  // The nearest level has the ratio r or 1/r closest to 1. Cross products need no logarithm.
+  // The next level is nearer in ratio if `wanted` exceeds the geometric mean of both stresses.
   while (found + 1 < count() && stress(found) * stress(found + 1) < wanted * wanted) ++found;
   return found;
 }

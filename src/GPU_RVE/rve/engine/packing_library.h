@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packing library: many packings of one material with an index, and the choice among them for a
+// Packing library: many packings of one material with an index. Functions choose a packing for a
 // material point.
 
 #pragma once
@@ -15,7 +15,7 @@ namespace rve {
 
 /// Row of the index of a library: data of one packing.
 struct LibraryRow {
-  std::uint64_t seed = 0;                  ///< of positions and radii
+  std::uint64_t seed = 0;                  ///< seed of positions and radii
   double void_ratio = 0.0;                 ///< void ratio of the packing [-]
   double preparation_friction = 0.0;       ///< mu during compression [-]
   double overconsolidation_ratio = 1.0;    ///< highest pressure of the preparation / pressure [-]
@@ -23,23 +23,23 @@ struct LibraryRow {
   int num_grains = 0;
 };
 
-/// Packings, numbered from 0, with their rows.
+/// Packings, numbered from 0, and their rows of the index.
 template <int D> struct PackingLibraryOf {
   std::vector<LibraryRow> index;
   std::vector<RveStateOf<D>> packings;
 
   void add(const LibraryRow &row, RveStateOf<D> packing);
 
-  /// Throws InputError unless there is at least one packing, each packing has a row, and the
-  /// numbers of grains and the void ratios (to 1e-9) of rows and packings agree.
+  /// Throws InputError unless there is at least one packing, each packing has a row, and each row
+  /// has the number of grains and the void ratio (to 1e-9) of its packing.
   void check() const;
 };
 using PackingLibrary = PackingLibraryOf<2>;
 
-/// Returns a number from 0 to count-1 with equal probability for the point `id`. It depends only on
-/// the arguments, and neither on the number of ranks nor on the order of points. Draws for
-/// different `purpose` are independent. The mixing function is SplitMix64 (Steele, Lea & Flood,
-/// OOPSLA 2014), chained over the arguments.
+/// Returns a number from 0 to count-1 with equal probability for the point `id`. The number depends
+/// only on the arguments, not on the number of ranks or the order of points. Draws for different
+/// `purpose` are independent. The mixing function is SplitMix64 (Steele, Lea & Flood, OOPSLA 2014),
+/// chained over the arguments.
 int draw(std::uint64_t seed, std::int64_t id, int count, std::uint64_t purpose = 0);
 
 /// Search of packings by their void ratios.
@@ -52,13 +52,14 @@ class VoidRatioIndex {
   double least() const { return sorted.front().first; }
   double most() const { return sorted.back().first; }
 
-  /// Returns the packing with the nearest void ratio. Of equally near packings it returns the one
-  /// with the lower void ratio, then the one with the lower number. Returns nothing if that void
-  /// ratio differs from `wanted` by more than `tolerance` [-], or if `wanted` is not finite.
+  /// Returns the packing whose void ratio is nearest to `wanted`. If two void ratios are equally
+  /// near, it returns the lower one; if several packings have this void ratio, the one with the
+  /// lowest number. Returns nothing if the nearest void ratio differs from `wanted` by more than
+  /// `tolerance` [-], or if `wanted` is not finite.
   std::optional<int> nearest(double wanted, double tolerance) const;
 
-  /// Returns one of the packings whose void ratios differ from `wanted` by at most `tolerance` [-],
-  /// drawn for point `id`, or nothing if there is none.
+  /// Draws a packing for point `id` among those whose void ratios differ from `wanted` by at most
+  /// `tolerance` [-]. Returns nothing if there are none.
   std::optional<int> draw_within(double wanted, double tolerance, std::uint64_t seed,
                                  std::int64_t id) const;
 
@@ -66,9 +67,9 @@ class VoidRatioIndex {
   std::vector<std::pair<double, int>> sorted;    // void ratio, number
 };
 
-/// Search of packings by the stress that they bear. Packings of similar stress form a level: a
-/// packing joins the level of the packing with the next lower stress if the stresses differ by at
-/// most the share SAME_LEVEL of the lower one.
+/// Search of packings by the stress that they bear. Packings of similar stress form a level. In the
+/// order of stresses, a packing belongs to the level of its predecessor if its stress is higher by
+/// at most the share SAME_LEVEL.
 class StressLevels {
  public:
   static constexpr double SAME_LEVEL = 0.05;
@@ -83,8 +84,8 @@ class StressLevels {
   /// Returns the mean stress of a level [stress].
   double stress(int level) const { return levels[level].stress; }
 
-  /// Returns the level whose stress is nearest by ratio; of two equally near ones the lower.
-  /// Returns nothing unless `wanted` is a number above 0.
+  /// Returns the level whose stress has the ratio to `wanted` that is closest to 1; of two equally
+  /// close levels the lower one. Returns nothing unless `wanted` is a number above 0.
   std::optional<int> nearest(double wanted) const;
 
  private:

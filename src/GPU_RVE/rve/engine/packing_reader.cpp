@@ -25,7 +25,8 @@ namespace {
       require(file.is_open(), "cannot open packing file ", path, ": ", reason_of(errno));
     }
 
-    /// Moves to the next statement; `expected` names it in the message at the end of the file.
+    /// Moves to the next statement. `expected` names it in the error message if the file ends
+    /// before it.
     void next(const std::string &expected)
     {
       add_statement(words, of_packing);
@@ -33,7 +34,8 @@ namespace {
       if (!next_words()) fail("file ends where ", expected, " was expected");
     }
 
-    /// Marks the present statement as the first one of a packing.
+    /// Marks the present statement as the first one of a packing. The checksum of the packing
+    /// begins here.
     void begin_packing() { of_packing = {}; }
 
     /// Moves to a line with a checksum and checks it. The checksum is that of the preceding
@@ -128,8 +130,8 @@ namespace {
       return true;
     }
 
-    /// Checks that the line is plain text. Lines are read one by one, since libraries may exceed
-    /// the memory.
+    /// Removes a byte-order mark and checks that the line is plain text. Lines are read one by one,
+    /// since libraries can exceed the memory.
     void make_plain()
     {
       if (line == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
@@ -212,7 +214,8 @@ namespace {
   template <int D> void read_grains(StatementReader &reader, int num_grains, RveStateOf<D> &state)
   {
     constexpr int SPINS = Space<D>::spins;
-    // Arrays grow with the lines: a damaged count must give a message and not an allocation.
+    // Arrays grow with the lines, so that a damaged count gives an error message and not a huge
+    // allocation.
     std::vector<bool> seen;
     for (int k = 0; k < num_grains; ++k) {
       reader.next("grain line " + std::to_string(k + 1) + " of " + std::to_string(num_grains));

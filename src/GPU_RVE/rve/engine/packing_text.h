@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Common functions of the reader and the writers of packing files: statements, numbers, and the
-// lines of the material. Numbers are converted by <charconv>: exactly, and equally in every locale.
+// lines of the material. <charconv> converts the numbers, so the conversion is exact and does not
+// depend on the locale.
 
 #pragma once
 
@@ -16,12 +17,12 @@
 
 namespace rve {
 
-/// Versions of packing files. From the second one on they contain the dimension.
+/// Versions of packing files. Files of VERSION_WITH_DIMENSION contain the dimension.
 constexpr int VERSION_OF_DISKS = 1, VERSION_WITH_DIMENSION = 2;
 constexpr int LIBRARY_VERSION = 1;
 constexpr const char *LAW_STATEMENT = "contact_law";
 
-/// Line of a parameter of the material.
+/// Line of a packing file with a parameter of the material.
 struct MaterialLine {
   const char *name, *unit;
   bool optional;
@@ -31,8 +32,8 @@ struct MaterialLine {
   double of(const Material &material) const { return material.*parameter->member; }
 };
 
-/// Returns the lines of a material. Spheres have no thickness, and mass_scaling, a factor of their
-/// mass, instead of mass_depth.
+/// Returns the lines of a material. For spheres there is no line of the thickness. Instead of
+/// mass_depth they have mass_scaling, a factor of the mass.
 template <int D> std::vector<MaterialLine> material_lines()
 {
   std::vector<MaterialLine> lines;
@@ -61,8 +62,8 @@ inline void split(const std::string &line, std::vector<std::string_view> &words)
   }
 }
 
-/// Adds a statement to a checksum as if it had single blanks between words, so that comments and
-/// layout do not matter.
+/// Adds a statement to a checksum, with single blanks between the words. So comments and layout do
+/// not change the checksum.
 inline void add_statement(const std::vector<std::string_view> &words, Checksum &checksum)
 {
   for (std::size_t k = 0; k < words.size(); ++k) {
@@ -80,7 +81,7 @@ inline std::string hexadecimal(std::uint64_t value)
   return digits;
 }
 
-/// Returns a word for each axis, as in "s_x*2^64 s_y*2^64".
+/// Returns a text with one word for each axis, such as "s_x*2^64 s_y*2^64".
 template <int D>
 std::string for_axes(const std::string &before, const std::string &after,
                      const std::string &between)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Ways to prepare a packing: sequences of legs, each of which ends at rest at a pressure. If a
-// recipe requires a void ratio, a search finds the way that reaches it.
+// Ways to prepare a packing. A way is a sequence of legs, and a leg ends when the packing is at
+// rest at the pressure of the leg. If a recipe requires a void ratio, a search finds a way that
+// reaches it.
 
 #pragma once
 
@@ -21,14 +22,15 @@ struct Leg {
   double friction;    // [-]
   const char *phase;
   double k0 = 1.0;         // lateral stress over the vertical stress `pressure` [-]
-  bool at_rest = false;    // zero lateral strain; only the vertical stress has a goal
+  bool at_rest = false;    // true: zero lateral strain, and only the vertical stress has a goal
 
   template <int D> bool has_goal(int axis) const { return !at_rest || axis + 1 == D; }
   /// Returns the goal of the stress along an axis; the vertical axis is the last [stress].
   template <int D> double goal(int axis) const { return axis + 1 < D ? k0 * pressure : pressure; }
 };
 
-/// Complete preparation. `peak` is its highest pressure.
+/// Complete preparation: the initial state, the legs, the preparation friction and the highest
+/// pressure `peak`.
 template <int D> struct Way {
   const RveStateOf<D> *start;
   std::vector<Leg> legs;
@@ -46,8 +48,9 @@ template <int D> struct Specimen {
 /// Otherwise ways are tried until one reaches the void ratio.
 ///
 /// A packing is a discontinuous function of its preparation x. Bisection finds the x at which the
-/// void ratio passes the goal, possibly by a jump. If no packing was within the tolerance, the
-/// search samples a growing neighbourhood of x, where jumps reach other void ratios.
+/// void ratio passes the goal, possibly by a jump. If no packing of the bisection is within the
+/// tolerance, the search tries values in a growing neighbourhood of x, where other jumps lead to
+/// other void ratios.
 template <int D> class WaySearch {
  public:
   WaySearch(const PackingRecipe &_recipe, const RveStateOf<D> &_cloud) :
@@ -60,8 +63,8 @@ template <int D> class WaySearch {
     return with_friction(recipe.void_ratio ? 0.0 : recipe.preparation_friction);
   }
 
-  /// Returns the way to try after `made`; nothing if `made` meets the recipe. Throws InputError if
-  /// no way is left.
+  /// Returns the way to try after the last one, which made `made`; nothing if `made` meets the
+  /// recipe. Throws InputError if no way is left.
   std::optional<Way<D>> after(const Specimen<D> &made)
   {
     if (!recipe.void_ratio) return {};
@@ -94,7 +97,7 @@ template <int D> class WaySearch {
       if (attempt < MOST_HALVINGS) return at(x);
       const int k = attempt - MOST_HALVINGS;
       const double spacing = most / 500;
-      // The search alternates between both sides at growing distance.
+      // The samples are on both sides of x in turn, at growing distance.
       x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;
       if (x > 0.0 && x < most) return at(x);
     }
@@ -108,7 +111,7 @@ template <int D> class WaySearch {
   // Largest preparation friction. Above it hardly any contact slides, and the packing does not
   // change.
   static constexpr double LARGEST_FRICTION = 1.0;
-  // Overlap over diameter at the highest pressure.
+  // Overlap over diameter at the highest pressure that the search tries.
   static constexpr double LARGEST_PEAK_STRAIN = 0.04;
   static constexpr int MOST_HALVINGS = 8, MOST_SAMPLES = 60;
 
@@ -125,16 +128,16 @@ template <int D> class WaySearch {
   double best = 0.0, least_error = 1e300;    // best void ratio and its error
 
   /// Returns the way for a value of the search variable. For packings looser than the frictionless
-  /// one the variable is the square root of the friction. The void ratio is nearly a linear
-  /// function of this root, since it grows mostly below a friction of 0.2. For denser packings the
+  /// one the variable is the square root of the friction. The void ratio grows mostly below a
+  /// friction of 0.2, and it is nearly a linear function of the root. For denser packings the
   /// variable is the logarithm of the overconsolidation ratio.
   Way<D> at(double value) const
   {
     return looser ? with_friction(value * value) : overconsolidated(value);
   }
 
-  /// Returns a way with a preparation friction. If it exceeds the final one, the packing must be
-  /// equilibrated again with the final friction.
+  /// Returns a way with this preparation friction. If it exceeds the final friction, the way has a
+  /// second leg that equilibrates the packing with the final friction.
   Way<D> with_friction(double friction) const
   {
     const double pressure = isotropic_pressure(recipe);
@@ -156,8 +159,8 @@ template <int D> class WaySearch {
     return way;
   }
 
-  /// Adds a leg for anisotropic stress. The leg is the last one and has the final friction, since
-  /// frictionless grains bear only one pressure.
+  /// Adds a leg for anisotropic stress. It is the last leg. It has the final friction, since
+  /// frictionless grains bear only an isotropic pressure.
   void add_anisotropy(Way<D> &way) const
   {
     if (recipe.at_rest)

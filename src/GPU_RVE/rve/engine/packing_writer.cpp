@@ -21,7 +21,7 @@ namespace {
     }
   }
 
-  /// Returns the line that read_checksum() reads.
+  /// Returns the line with the checksum of the statements (StatementReader::read_checksum).
   std::string checksum_line(const std::string &statements)
   {
     Checksum checksum;
@@ -34,7 +34,7 @@ namespace {
     return "checksum " + hexadecimal(checksum.value()) + "\n";
   }
 
-  /// Writes comments on the numbers of a contact.
+  /// Writes comment lines that explain the first `remembered` numbers in the history of a contact.
   template <int D> void describe_contacts(std::ostream &out, int remembered)
   {
     if constexpr (D == 2) {
@@ -53,7 +53,7 @@ namespace {
     }
   }
 
-  /// Returns a packing from `gpu_rve_packing` to `end`.
+  /// Returns the text of a packing from the statement `gpu_rve_packing` to the statement `end`.
   template <int D> std::string packing_statements(const RveStateOf<D> &state)
   {
     constexpr int SPINS = Space<D>::spins;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// State of rest and stress of quiescent RVEs, which skip macro steps. A diagnostic evaluation
-// determines whether an RVE is at rest. The same code runs on the host and on a device, with the
-// same bits.
+// State of rest of RVEs, and the stress of quiescent RVEs, which make no DEM steps. A diagnostic
+// evaluation determines whether an RVE is at rest. The same code runs on the host and on a device,
+// with the same bits.
 
 #pragma once
 
@@ -18,7 +18,7 @@ enum class Rest : std::int32_t {
   Moves,        ///< evaluated, and not at rest
   Rests,        ///< evaluated, and may become quiescent
   Quiescent,    ///< quiescent: skipped in the last macro step
-  Wakes         ///< skipped in the last macro step, but may not be skipped again
+  Wakes         ///< skipped in the last macro step, must make DEM steps in the next one
 };
 
 /// Returns true if the RVE has a deferred increment.
@@ -33,14 +33,15 @@ RVE_HD inline bool may_stay_quiescent(Rest rest)
   return rest == Rest::Rests || rest == Rest::Quiescent;
 }
 
-/// Returns true if the next DEM steps may end with an evaluation. An RVE that was not at rest gets
-/// some steps to come to rest.
+/// Returns true if the next DEM steps may end with an evaluation. An RVE that was found moving
+/// (Rest::Moves) first makes steps without an evaluation, in which it can come to rest.
 RVE_HD inline bool may_be_evaluated(Rest rest)
 {
   return rest == Rest::Unknown || rest == Rest::Quiescent;
 }
 
-/// Data of an RVE that is or may become quiescent, from which its stress follows.
+/// Data from which the stress of a quiescent RVE follows. They are also set for an RVE that can
+/// become quiescent.
 template <int D> struct QuiescentStateOf {
   using Matrix = Tensor<double, D>;
 

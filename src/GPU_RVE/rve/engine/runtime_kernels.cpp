@@ -29,8 +29,8 @@ namespace {
   }
 
   /// Returns the compiler options for NVRTC, which correspond to those of nvcc
-  /// (cmake/CompilerFlags.cmake). Functions without __device__ are device functions too, since
-  /// there is no host code.
+  /// (cmake/CompilerFlags.cmake). Functions without __device__ are compiled as device functions,
+  /// since there is no host code.
   std::vector<std::string> options_for(Arithmetic arithmetic, const std::string &target)
   {
     std::vector<std::string> options{
@@ -55,7 +55,7 @@ namespace {
 
   LoadedKey key_of(const KernelName &name, int capability)
   {
-    // Relaxed kernels have the names of strict ones.
+    // A relaxed kernel has the same name as the strict one.
     return {to_string(name) + (name.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ""),
             capability};
   }
@@ -88,7 +88,8 @@ DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &
 
   DeviceCode compiled;
   if (cache.load(key, compiled)) return compiled;
-  // A single rank of a machine compiles, and the others find its kernel in the cache.
+  // One rank compiles while the other ranks wait for their turn; they then find the kernel in the
+  // cache.
   const KernelCache::Turn turn(cache, key);
   if (cache.load(key, compiled)) return compiled;
   if (!cache.obstacle().empty())

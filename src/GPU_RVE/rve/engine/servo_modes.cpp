@@ -19,8 +19,8 @@ namespace {
     return sum;
   }
 
-  /// Rows count as linearly dependent if the part of a row that is orthogonal to other rows is
-  /// smaller than this share of the row [-].
+  /// A row counts as linearly dependent on other rows if its part orthogonal to them is shorter
+  /// than this share of the row [-].
   constexpr double DEPENDENT = 1e-6;
 
   /// Finds the transposed pseudo-inverse A^+T = (A A^T)^-1 A of linearly independent rows. Returns
@@ -34,7 +34,8 @@ namespace {
       for (int j = 0; j < n; ++j) gram[i][j] = dot<D>(rows[i], rows[j]);
     std::vector<double> size(n);
     for (int i = 0; i < n; ++i) size[i] = gram[i][i];
-    // Gauss-Jordan elimination: a positive definite matrix needs only its diagonal as pivots.
+    // Gauss-Jordan elimination. The matrix is positive definite, so its diagonal elements can serve
+    // as pivots in order.
     for (int p = 0; p < n; ++p) {
       if (!(gram[p][p] > DEPENDENT * DEPENDENT * size[p])) return false;
       for (int i = 0; i < n; ++i) {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Frequencies of contact networks. A contact of two disks i and j couples six coordinates: (x, y,
-// w) of each disk, where w = r theta is the rotation as a surface displacement. So all coordinates
-// are lengths, and the rotational mass is I/r^2 = m/2. The normal, tangential and rolling stretches
-// of a contact are
+// w) of each disk, where w = r theta is the rotation as a surface displacement. All coordinates are
+// then lengths, and the rotational mass is I/r^2 = m/2. The normal, tangential and rolling
+// stretches of a contact are
 //     u_n = (u_j - u_i).n,    u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,
 //     u_r = (R/r_j) w_j - (R/r_i) w_i,
 // with the displacement u_i of disk i, the normal n, the tangent t, the lever arm a = r - overlap/2
 // and the reduced radius R = r_i r_j / (r_i + r_j). Two spheres have twelve coordinates, and the
-// rotational mass is 2 m/5. Their u_n is that of disks, u_t and u_r are vectors across n, and u_q
-// is the twist about n. With across(v) = v - (v.n) n:
+// rotational mass is 2 m/5. The normal stretch u_n is the same as for disks, u_t and u_r are
+// vectors across n, and u_q is the twist about n. With across(v) = v - (v.n) n:
 //     u_t = across(u_j - u_i) - ((a_i/r_i) w_i + (a_j/r_j) w_j) x n,
 //     u_r = d x n,    u_q = d.n,    d = (R/r_j) w_j - (R/r_i) w_i.
 
@@ -31,14 +31,14 @@ namespace rve {
 
 namespace {
 
-  // Elements of a contact whose moduli are used. The energy of springs and the power of dashpots
-  // are quadratic forms of the same stretches.
+  // Elements of a contact: springs or dashpots. The energy of the springs and the power of the
+  // dashpots are quadratic forms of the same stretches, so the same code works for both.
   enum class Kind { Springs, Dashpots };
 
   struct Moduli {
     std::vector<ContactModuli> of_contact;    // in the order of the contacts
-    // Returns the moduli of a contact that may form between grains of two radii. Its overlap is the
-    // larger of `coming_overlap` and that of the deepest present contact. If both are zero, it is
+    // Returns the moduli of a contact that can form between grains of two radii. Its overlap is the
+    // larger of `coming_overlap` and the largest present overlap. If both are zero, it is
     // kGasOverlapShare times the mean radius.
     std::function<ContactModuli(double, double)> coming;
   };
@@ -308,13 +308,13 @@ namespace {
   template <class Operator> double lanczos_largest_eigenvalue(const Operator &matrix)
   {
     constexpr double TOLERANCE = 1e-9;
-    constexpr int STEADY_STEPS = 4;    // a single small change may be a plateau
+    constexpr int STEADY_STEPS = 4;    // a single small change can be a plateau
     constexpr std::size_t MOST_STEPS = 300;
 
     const std::size_t n = matrix.size();
     std::vector<std::vector<double>> basis(1, std::vector<double>(n));
-    // The start vector is pseudo-random, so that it is orthogonal to no symmetric mode, and
-    // deterministic.
+    // The start vector is pseudo-random, so that it is not orthogonal to a symmetric mode. It is
+    // the same in every run.
     std::uint64_t pseudo_random = 0x9e3779b97f4a7c15u;
     for (double &x : basis[0]) {
       pseudo_random = pseudo_random * 6364136223846793005u + 1442695040888963407u;
@@ -329,7 +329,7 @@ namespace {
     for (std::size_t step = 0; step < std::min(n, MOST_STEPS); ++step) {
       matrix.apply(basis[step], next);
       diagonal.push_back(dot(basis[step], next));
-      for (int pass = 0; pass < 2; ++pass)    // twice is enough (Kahan)
+      for (int pass = 0; pass < 2; ++pass)    // two passes are enough (Kahan)
         for (const auto &q : basis) {
           const double projection = dot(q, next);
           for (std::size_t k = 0; k < n; ++k) next[k] -= projection * q[k];
@@ -360,7 +360,8 @@ namespace {
   }
 
   // Returns the largest row sum of |M^-1 K| with r theta / 4 as the coordinate of a rotation. Any
-  // positive factor gives a bound; 1/4 makes the rows of rotations and translations similar.
+  // positive factor instead of 1/4 would also give a bound; with 1/4 the row sums of rotations and
+  // translations are similar.
   double gershgorin_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
                                const Moduli &moduli)
   {
@@ -404,9 +405,9 @@ namespace {
   // derivatives of u_t and u_r, divided by the square roots of the masses. The result is the larger
   // eigenvalue of k_t g_t g_t^T + k_r g_r g_r^T, where
   //     g_t.g_t = (1 + c) (1/m_i + 1/m_j),    g_r.g_r = c ((R/r_i)^2/m_i + (R/r_j)^2/m_j)
-  // and c = m r^2/I. For spheres this holds for both directions across the normal. Their twisting
-  // is decoupled, and its eigenvalue is the result if it is larger. All partners of the smallest
-  // grain are tried, since it rolls fastest with a large one.
+  // and c = m r^2/I. For spheres this holds for both directions across the normal. The twisting of
+  // spheres is decoupled; if its eigenvalue is larger, it is the result. All partners of the
+  // smallest grain are tried, since it rolls fastest against a large partner.
   template <int D> double turning_pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
     constexpr double ROTATION = 1.0 / GrainShape<D>::inertia;
@@ -420,7 +421,7 @@ namespace {
       const double r_j = state.radius[j], m_j = grain_mass(state, j);
       const ContactModuli modulus = moduli.coming(r_i, r_j);
       if (modulus.rolling == 0.0 && modulus.twisting == 0.0) continue;
-      // R/r of both grains
+      // The shares are R/r of both grains.
       const double share_i = r_j / (r_i + r_j), share_j = r_i / (r_i + r_j);
       const double turning = ROTATION * (share_i * share_i / m_i + share_j * share_j / m_j);
       const double tt = (1.0 + ROTATION) * modulus.tangential * (1.0 / m_i + 1.0 / m_j);
@@ -457,7 +458,7 @@ namespace {
   template <int D, class Eigenvalue>
   double time_step(const RveStateOf<D> &state, Eigenvalue &&network, double coming_overlap = 0.0)
   {
-    state.check_sizes();    // otherwise eigenvalues may not be finite
+    state.check_sizes();    // otherwise eigenvalues might not be finite
     const std::vector<TouchingPairOf<D>> contacts = find_contacts(state);
     const auto largest = [&](Kind kind) {
       const Moduli all = moduli(state, contacts, kind, coming_overlap);

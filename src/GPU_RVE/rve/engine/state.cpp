@@ -174,8 +174,9 @@ namespace {
     check_moduli(viscosity, "viscosity", "[1/time]");
   }
 
-  // Checks the reach of an adhesion. A smaller reach than the allowed ones would act like a jump of
-  // the force. A larger one would include second neighbours, for which the sums have no capacity.
+  // Checks the reach of an adhesion. A smaller reach than allowed would act like a jump of the
+  // force. With a larger reach second neighbours would act on a grain, and the integer sums have no
+  // capacity for them.
   void check_reach(const Material &material, double smallest_radius)
   {
     constexpr double LEAST_SHARE = 1e-6;
@@ -235,10 +236,10 @@ namespace {
   // "RVESTATE" as a number. In a file from a machine with another byte order its bytes are
   // reversed.
   constexpr std::uint64_t MAGIC = 0x4554415453455652u;
-  // Versions of records of disks: with linear springs, and with another contact law. The latter
-  // record begins with the word of the law.
+  // Versions of records of disks: VERSION with linear springs, VERSION_WITH_LAW with another
+  // contact law. A record with VERSION_WITH_LAW begins with the name of the law.
   constexpr std::uint32_t VERSION = 3, VERSION_WITH_LAW = 4;
-  // Version of records of spheres, which always begin with the word of the law.
+  // Version of records of spheres. They always begin with the name of the law.
   constexpr std::uint32_t VERSION_OF_SPHERES = 5;
 
   struct RecordHeader {
@@ -352,7 +353,7 @@ namespace {
     archive(state.fractional);
     archive(state.velocity);
     archive(state.spin);
-    // Disks with linear springs have a shorter history, and keep their original record.
+    // Disks with linear springs have a shorter history, and their record keeps its original format.
     constexpr std::size_t all = std::size(pair_memory<D>());
     if (D == 2 && state.material.law == ContactLaw::Linear)
       visit_pairs<std::min<std::size_t>(2, all)>(archive, state.pairs);
@@ -373,7 +374,7 @@ namespace {
       writer(material.*member);
   }
 
-  // Older records end with the parameters that existed then.
+  // A record from an earlier version ends before the parameters that did not exist then.
   template <int D> void visit_later_parameters(RecordReader &reader, Material &material)
   {
     for (const MaterialMember member : parameters_of(material.law, D, true))
@@ -450,8 +451,8 @@ template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
       for (int b = 1; b < D; ++b) s += to_fractional(a, b) * x[i + b];
       require(std::isfinite(s), "position of grain ", i / D + 1, " is not a finite number");
       const double scaled = (s - std::floor(s)) * 0x1p64;
-      // For a value just below a whole number the remainder can be rounded to 1, which is the image
-      // at 0.
+      // For s just below a whole number the remainder can be rounded to 1. The grain is then stored
+      // at its periodic image, 0.
       result[i + a] = scaled < 0x1p64 ? static_cast<std::uint64_t>(scaled) : 0u;
     }
   fractional = std::move(result);
@@ -513,7 +514,8 @@ template <int D> void RveStateOf<D>::check() const
   require_not_negative(list_margin, "the margin of the list of neighbours", "[length]");
   require_finite(servo_velocity_gradient, "the servo velocity gradient", "[1/time]");
   require_not_negative(largest_contact_force, "largest contact force", "[force]");
-  // No run makes 2^53 steps, and a call can add its own without an overflow.
+  // No run makes 2^53 steps, and below this limit a call can increase the counters without an
+  // overflow.
   constexpr std::int64_t MOST = std::int64_t(1) << 53;
   for (const std::int64_t count :
        {counters.steps, counters.rebuilds, counters.lattice_reductions, counters.repeats})

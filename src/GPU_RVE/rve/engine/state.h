@@ -50,14 +50,14 @@ template <> struct PairOf<3> {
   double twisting_moment = 0.0;
 };
 
-/// Number in the history of a pair.
+/// Description of a number in the history of a pair.
 template <int D> struct RememberedNumber {
   const char *name;    ///< name in packing files
   const char *what;    ///< name in messages
   const char *unit;
   double &(*get)(PairOf<D> &);
   bool is_mirrored;              ///< changes its sign in a mirror
-  bool begins_vector = false;    ///< forms a vector with the next two, which rotates with the RVE
+  bool begins_vector = false;    ///< forms a vector with the next two numbers
 
   double &of(PairOf<D> &pair) const { return get(pair); }
   double of(const PairOf<D> &pair) const { return get(const_cast<PairOf<D> &>(pair)); }
@@ -73,7 +73,9 @@ constexpr RememberedNumber<2> PAIR_MEMORY[] = {
     {"contact_radius", "contact radius", "[length]",
      [](Pair &pair) -> double & { return pair.contact_radius; }, false}};
 
-/// History of pairs of spheres, as PAIR_MEMORY.
+/// History of pairs of spheres, in the order of packing files and restart records. A packing file
+/// contains at least the tangential force, and all numbers up to the last one that is nonzero in
+/// some pair.
 constexpr RememberedNumber<3> SPATIAL_PAIR_MEMORY[] = {
     {"tangential_force_x", "x component of the tangential force", "[force]",
      [](PairOf<3> &pair) -> double & { return pair.tangential_force[0]; }, false, true},
@@ -100,8 +102,8 @@ template <int D> constexpr const auto &pair_memory()
     return SPATIAL_PAIR_MEMORY;
 }
 
-/// Returns the number of values of pair_memory() that represent these pairs: all up to the last one
-/// that is nonzero in some pair, at least one.
+/// Returns how many of the first values of pair_memory() represent these pairs: all values up to
+/// the last one that is nonzero in some pair, and at least one.
 template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
 {
   int count = static_cast<int>(std::size(pair_memory<D>()));
@@ -149,11 +151,11 @@ template <int D> struct RveStateOf {
   /// Cell matrix H when the list was built; zero: no list yet.
   Tensor<double, D> list_cell = Tensor<double, D>::zero();
   std::vector<std::uint64_t> list_fractional;    ///< (N, D) s when the list was built, or empty
-  /// Largest gap of the pairs in the list [length]; 0: list_margin_of() for the default skin,
-  /// without the reach.
+  /// Gap up to which the list contains pairs [length]. 0 stands for the gap that belongs to the
+  /// default skin without an adhesion.
   double list_margin = 0.0;
 
-  /// (N) Grain numbers in the storage order of the engine, or empty: then the engine chooses an
+  /// (N) Grain numbers in the storage order of the engine. If it is empty, the engine chooses an
   /// order with neighbours next to each other. The order is stored so that a restart continues bit
   /// for bit.
   std::vector<std::int32_t> order;
@@ -171,7 +173,7 @@ template <int D> struct RveStateOf {
   double void_ratio() const { return cell_volume() / solid_volume() - 1.0; }    ///< [-]
   double mass() const;                                                          ///< [mass]
 
-  /// Removes the list, so that the next call builds one. The history of pairs stays.
+  /// Removes the list, so that the next call builds a new one. The pairs keep their history.
   void forget_list()
   {
     list_cell = Tensor<double, D>::zero();
@@ -186,17 +188,16 @@ template <int D> struct RveStateOf {
   std::vector<double> positions() const;
   void set_positions(const std::vector<double> &x);
 
-  /// Throws InputError unless sizes agree, every number is finite and in range, and the cell is
-  /// wider than twice the largest contact distance.
+  /// Throws InputError unless the arrays have the right sizes, every number is finite and in range,
+  /// and the cell is wider than twice the largest contact distance.
   void check() const;
-  /// Checks material and radii as check() does, and quantities that follow from them: masses,
-  /// frequencies.
+  /// Checks only material and radii, and the masses and frequencies that follow from them.
   void check_sizes() const;
 };
 using RveState = RveStateOf<2>;
 
-/// serialize() returns the exact byte record of a state in host byte order. deserialize() returns
-/// the state of a record. It throws InputError if the record is damaged.
+/// serialize() returns a byte record of a state, without rounding, in host byte order.
+/// deserialize() returns the state of a record. It throws InputError if the record is damaged.
 template <int D> std::vector<char> serialize(const RveStateOf<D> &state);
 template <int D = 2> RveStateOf<D> deserialize(const char *data, std::size_t size);
 

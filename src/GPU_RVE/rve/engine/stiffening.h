@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Growth of the stiffness of an RVE above which the bound of its time step must be checked again.
+// Test if an RVE has become so much stiffer that the bound of its time step must be checked again.
 // The same test runs on the host and on a device.
 
 #pragma once
@@ -22,8 +22,8 @@ struct StiffnessMeasures {
 ///
 /// The largest eigenvalue of a packing, its highest frequency squared, grows with the number of
 /// contacts and with their moduli. A modulus of Hertz' law grows with the cube root of the force.
-/// Contacts and moduli may grow by a tenth each: together the eigenvalue grows by a fifth, and the
-/// bound falls by a tenth, which is the initial margin of `dt auto`.
+/// The limit allows the number of contacts and the moduli to grow by a tenth each. The eigenvalue
+/// then grows by a fifth, and the bound falls by a tenth. This is the initial margin of `dt auto`.
 struct StiffeningLimit {
   std::int32_t num_contacts = -1;
   double peak_force = -1.0;    ///< [force]
@@ -37,15 +37,15 @@ struct StiffeningLimit {
 };
 
 /// Allowed growth of the number of contacts: a share of the contacts plus a share of the grains.
-/// The second share matters in a packing with few contacts, where one contact more is a large
-/// share.
+/// The share of the grains matters in a packing with few contacts, where a single new contact would
+/// exceed the first share.
 constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
-/// Allowed ratio of a new to an old force if moduli depend on forces. A modulus of Hertz' law then
-/// grows by a tenth.
+/// Allowed ratio of the new force to the old force, for moduli that depend on forces. At this ratio
+/// a modulus of Hertz' law has grown by a tenth.
 constexpr double FORCE_GROWTH = 1.1 * 1.1 * 1.1;
 
-/// Returns the limit for an RVE whose bound has just been checked. With constant moduli only
-/// contacts count.
+/// Returns the limit for an RVE whose bound has just been checked. With constant moduli only the
+/// number of contacts has a limit.
 inline StiffeningLimit stiffening_limit(const StiffnessMeasures &now, std::int32_t num_grains,
                                         bool has_constant_moduli)
 {

@@ -16,20 +16,20 @@ namespace rve {
 /// [length].
 template <int D> double grain_size(const ResultOf<D> &result)
 {
-  // The variable is r^D of a grain of the mean volume.
+  // `power` is r^D of a grain with the mean volume.
   const double power = determinant(result.cell) / (1.0 + result.void_ratio) /
       (GrainShape<D>::volume * result.num_grains);
   return 2.0 * (D == 2 ? std::sqrt(power) : std::cbrt(power));
 }
 
-/// Returns the density rho of inertial numbers [mass/length^3].
+/// Returns the density rho in the definition of the inertial number [mass/length^3].
 inline double inertial_density(const Material &material)
 {
   return material.density * material.mass_depth / material.thickness;
 }
 constexpr double WITHOUT_PRESSURE = std::numeric_limits<double>::infinity();
 
-/// Returns the inertial number for a density of inertial_density() [-].
+/// Returns the inertial number [-]. `density` is inertial_density().
 RVE_HD inline double inertial_number(double mean_stress, double grain_size, double density,
                                      double rate)
 {
@@ -50,27 +50,28 @@ double inertial_number(const ResultOf<D> &result, const Material &material, doub
                          rate);
 }
 
-/// Adaptive number of substeps: the smallest for which the strain of a DEM step and the inertial
-/// number, in the time of the RVE, are below their bounds.
+/// Adaptive number of substeps: the smallest number for which neither the strain of a DEM step nor
+/// the inertial number exceeds its bound. The inertial number refers to the time of the RVE.
 struct AdaptiveSubsteps {
   double strain_per_step = 0.0;    ///< > 0 [-]
   double inertial_number = 0.0;    ///< > 0 [-]
   int most = 0;                    ///< upper bound of the number, > 0
 
-  /// Returns the number for an increment of this strain_size() with DEM steps of dt, from the mean
-  /// stress of the last result. Without pressure only the strain per step counts. `density` is
-  /// inertial_density().
+  /// Returns the number of DEM steps of length dt for an increment. `strain` is its strain_size(),
+  /// `mean_stress` the mean stress of the last result, `density` the inertial_density(). Without
+  /// pressure only the strain per step counts.
   RVE_HD int of(double strain, double dt, double mean_stress, double grain_size,
                 double density) const
   {
     double wanted = strain / strain_per_step;
-    // The time of the RVE for the strain is n dt.
+    // With n steps the strain takes the time n dt, so the inertial number is 1/n of that for one
+    // step.
     if (mean_stress > 0.0) {
       const double by_inertia =
           rve::inertial_number(mean_stress, grain_size, density, strain / dt) / inertial_number;
       wanted = wanted < by_inertia ? by_inertia : wanted;
     }
-    // A strain or a pressure that overflows gives the largest number.
+    // If the quotient overflows or is not a number, the result is the largest number of steps.
     if (!(wanted < most)) return most;
     return static_cast<int>(std::fmax(std::ceil(wanted), 1.0));
   }

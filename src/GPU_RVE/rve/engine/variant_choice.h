@@ -8,7 +8,7 @@
 
 namespace rve {
 
-/// Features that a call may need of its kernel variant, besides the contact model of its RVEs.
+/// Features of a kernel variant that calls can need, in addition to the contact model of the RVEs.
 struct CallNeeds {
   bool friction = false;
   bool dashpots = false;
@@ -27,16 +27,16 @@ struct VariantFeatures {
 VariantFeatures features_of(KernelVariant variant);
 
 /// Returns the variant that defines the memory layout of RVEs with these contacts: the column
-/// `prepared` of the first suitable line of the table. This variant has all features of the others
-/// with its memory layout. Throws InputError if there is none.
+/// `prepared` of the first suitable line of the table. This variant has all features of the other
+/// variants with its memory layout. Throws InputError if no line is suitable.
 KernelVariant memory_variant(const ContactModel &contacts);
 
-/// Returns the last variant of a law for disks or spheres; with rolling resistance if the law
-/// supports it.
+/// Returns the last variant of a contact law for disks or spheres. It has rolling resistance if the
+/// law supports it.
 KernelVariant richest_variant(ContactLaw law, int dimension = 2);
 
 /// Returns the leanest variant with that memory layout and the features that a call needs. Throws
-/// InputError if the contact law lacks one.
+/// InputError if the contact law does not support one of the features.
 KernelVariant choose_variant(KernelVariant memory, const CallNeeds &needs);
 
 }    // namespace rve

@@ -32,7 +32,8 @@ inline namespace RVE_ISA {
     static constexpr KernelVariant prepared_like = VariantTraits<variant>::prepared_like;
   };
 
-  /// Returns work(VariantConstant) for a kernel variant of RVEs of D dimensions.
+  /// Calls work with the VariantConstant of a kernel variant for RVEs of D dimensions, and returns
+  /// the result.
   template <int D, class Work> auto with_variant(KernelVariant variant, const Work &work)
   {
 #define RVE_WITH_VARIANT(name, law, kept, prepared) \

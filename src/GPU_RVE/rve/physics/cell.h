@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The deformable periodic cell: widths, strain since a reference, lattice reduction. This file has
-// the functions for two dimensions and those for any dimension; solid_cell.h has those for three
-// dimensions.
+// the functions for two dimensions and the functions for any dimension. solid_cell.h has the
+// functions for three dimensions.
 
 #pragma once
 
@@ -62,10 +62,11 @@ inline namespace RVE_ISA {
     return std::fabs(ab) > 0.6 * (aa <= bb ? aa : bb);
   }
 
-  /// Returns the step of Lagrange's reduction: the shorter vector is subtracted from the longer one
-  /// as often as it fits. A step is due when the projection of the longer vector on the shorter one
-  /// exceeds 0.6 times the length of the shorter one. In a reduced lattice this ratio is at most
-  /// 0.5. The margin keeps a cell near the limit from flipping back and forth.
+  /// Returns the step of Lagrange's reduction. It subtracts the multiple of the shorter vector from
+  /// the longer one that minimises the projection of the longer vector on the shorter one. A step
+  /// is due when the projection exceeds 0.6 times the length of the shorter vector. In a reduced
+  /// lattice the projection is at most 0.5 times this length. The margin keeps a cell near the
+  /// limit from flipping back and forth.
   RVE_INLINE LatticeStep<2> lattice_step(const Tensor2 &cell)
   {
     const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);

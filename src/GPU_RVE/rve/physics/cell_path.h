@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Path of the cell matrix H through one macro increment dF: a straight line from H to dF H, or a
-// polygon if the increment rotates by more than 0.01 rad. A chord over the angle theta loses at
-// most theta^2/4 of the area. The end point is exact.
+// polygon if the increment rotates by more than 0.01 rad. On a straight segment that turns the cell
+// by the angle theta, the area of the cell is at most theta^2/4 too small, as a fraction. The end
+// point is exact.
 
 #pragma once
 
@@ -68,8 +69,8 @@ inline namespace RVE_ISA {
     template <class Map> RVE_INLINE void map_start(const Map &map) { start = map(start); }
 
    private:
-    /// Returns the deformation at the end of segment j - 1: R^(j/m) (I + j/m (U - I)) for a path of
-    /// m segments. Calls must be in ascending order of j, one by one.
+    /// Returns the deformation at the end of the first j segments: R^(j/m) (I + j/m (U - I)) for a
+    /// path of m segments. Calls must be in ascending order of j, one by one.
     RVE_INLINE Matrix knot(int j)
     {
       if (j >= path.segments) return path.deformation;

@@ -39,8 +39,9 @@ inline namespace RVE_ISA {
 
   /// Returns the geometry by equations (8)-(10). The grains touch if the overlap is positive.
   ///
-  /// If the branch has a wider format, the overlap is (R^2 - d^2) / (R + d): only the numerator
-  /// needs the wide format. Otherwise R - d is as accurate.
+  /// If the branch has a wider format, the overlap is computed as (R^2 - d^2) / (R + d), since only
+  /// the numerator then needs the wide format. Otherwise it is computed as R - d, which is as
+  /// accurate.
   template <class Real, class Wide, int D>
   RVE_INLINE ContactGeometry<Real, D> contact_geometry(const Vec<Wide, D> &branch,
                                                        Wide sum_of_radii)

@@ -14,8 +14,8 @@ inline namespace RVE_ISA {
   /// sign is not taken from a product of force and velocity, since the product could underflow and
   /// the result would then depend on the units. The formula has no branch.
   ///
-  /// With BySign the sign bit of the velocity is used also if the velocity is zero. A grain at rest
-  /// without a force stays at rest.
+  /// With BySign the sign bit of the velocity is used even if the velocity is zero. A grain at rest
+  /// without a force still stays at rest.
   template <bool BySign = false, class Real>
   RVE_INLINE Real locally_damped(Real alpha, Real increment, Real velocity)
   {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Leapfrog integration of the velocity c of a grain relative to the mean field (peculiar velocity)
 // and of its fractional coordinates s: c' = F_damped/m, s' = H^-1 c, with the cell matrix H. The
-// mean velocity field does not occur in these equations: equations (19)-(23), (38) and (39) of the
-// paper reduce to this form (doc/src/theory_rve.rst).
+// mean velocity field does not occur in these equations: equations (19)-(23), (38) and (39) of
+// Zhao, Zhao & Liang (2021) reduce to this form (doc/src/theory_rve.rst).
 
 #pragma once
 

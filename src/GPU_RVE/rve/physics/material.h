@@ -66,7 +66,7 @@ struct Material : MaterialNumbers {
   constexpr Material() : MaterialNumbers{} { thickness = mass_depth = 1.0; }
 };
 
-/// Values that a parameter may have.
+/// Allowed values of a parameter.
 enum class MaterialRange {
   Positive,       ///< above 0
   NotNegative,    ///< 0 and above
@@ -102,8 +102,9 @@ struct MaterialParameter {
   const char *unit;
   MaterialRange range;
   LawSet laws;
-  /// True if packing files may omit the parameter: it is then zero. It is written if it or another
-  /// optional one is not zero.
+  /// True if packing files are allowed to omit the parameter, which is then zero. A file contains
+  /// all optional parameters of a material, except those with `later`, if any optional one is not
+  /// zero.
   bool optional;
   MaterialMember member;
   int dimension = 0;    ///< dimension of grains that have the parameter; 0: both
@@ -176,8 +177,8 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     // clang-format on
 };
 
-/// Returns the power of a quantity in a unit of the table: the power of length in "[force
-/// time/length]" is -1.
+/// Returns the power of a quantity in a unit of the table. For example, the power of length in
+/// "[force time/length]" is -1.
 constexpr int power_in(const char *unit, const char *quantity)
 {
   int sign = 1, power = 0;

@@ -38,8 +38,9 @@ inline namespace RVE_ISA {
   /// Returns a step of lattice reduction. It is due when the projection of a vector on a shorter
   /// one exceeds 0.6 of the length of the shorter one, as in the plane. It is also due when a sum
   /// of all three vectors, a +- b +- c, is shorter than 0.8 of the longest one: three vectors can
-  /// be nearly coplanar although all projections are small. In a Minkowski-reduced lattice the
-  /// limits are 0.5 and 1; the margins keep a cell at the border from flipping back and forth.
+  /// be nearly coplanar although all projections are small. In a Minkowski-reduced lattice no
+  /// projection exceeds 0.5 of the length, and no sum is shorter than the longest vector. The
+  /// margins keep a cell at the border from flipping back and forth.
   RVE_INLINE LatticeStep<3> lattice_step(const Tensor3 &cell)
   {
     double gram[3][3];

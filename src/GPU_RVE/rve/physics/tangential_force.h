@@ -48,7 +48,8 @@ inline namespace RVE_ISA {
       LimitedForce<Real, History, 2> result;
       result.force = Real(capped);
       result.sliding = magnitude >= limit;
-      // A sticking contact keeps the bits of its spring, so that it can be evaluated again.
+      // The spring of a sticking contact keeps its bits, so that another evaluation gives the same
+      // force.
       result.spring = capped;
       if constexpr (Viscous) {
         if (viscosity != Real(0)) result.spring = result.sliding ? capped - viscous : elastic;

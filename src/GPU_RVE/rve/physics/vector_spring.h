@@ -21,7 +21,7 @@ inline namespace RVE_ISA {
     Real twist;
   };
 
-  /// Returns the normal at the middle of the step that ended at n.
+  /// Returns the normal at the middle of the step at whose end the normal is n.
   template <class Real>
   RVE_INLINE Vec<Real, 3> middle_normal(const Vec<Real, 3> &n, const ContactTurn<Real> &turn)
   {
@@ -33,17 +33,17 @@ inline namespace RVE_ISA {
   ///
   ///   h <- h - (n - tilt/2) (n . h) + twist n x h - twist^2/2 h,
   ///
-  /// with the new normal n, and with tilt and twist of ContactTurn. The first term is the smallest
-  /// rotation from the plane of the old normal n - tilt to the plane of n. The other terms are the
-  /// rotation about n by the angle twist. Both are exact to second order in the angles of a step. A
-  /// rigid rotation of the pair about any axis therefore turns the force with the pair. LAMMPS uses
-  /// the projection h - n (n . h) onto the new plane and omits the twist. The projection shortens h
-  /// in one direction only, which turns h by about the angle of a step per revolution. If the
-  /// grains are exchanged, only the signs change. Without a rotation, as in a step of zero time,
-  /// the force keeps its bits.
+  /// with the new normal n, and with tilt and twist of ContactTurn. The term with n . h is the
+  /// smallest rotation from the plane of the old normal n - tilt to the plane of n. The terms with
+  /// twist are the rotation about n by the angle twist. Both rotations are exact to second order in
+  /// the angles of a step. A rigid rotation of the pair about any axis therefore turns the force
+  /// with the pair. LAMMPS uses the projection h - n (n . h) onto the new plane and omits the
+  /// twist. The projection shortens h in one direction only. In each revolution of the pair this
+  /// turns h by about the angle of one step. If the grains are exchanged, only the signs change.
+  /// Without a rotation, as in a step of zero time, the force keeps its bits.
   ///
-  /// The turned force is `kept` + `change`. The caller may add further terms to `change` before.
-  /// The sum is rounded once, in the format of `kept`.
+  /// The turned force is `kept` + `change`. Before it forms this sum, a caller can add further
+  /// terms to `change`. The sum is rounded once, in the format of `kept`.
   template <class Real, class History> struct TurnedForce {
     Vec<History, 3> kept;
     Vec<Real, 3> change;
@@ -57,7 +57,7 @@ inline namespace RVE_ISA {
                       const Vec<Real, 3> &middle, Real twist, const Truth<Real> &moves)
   {
     const Vec<Real, 3> h = force.template as<Real>();
-    // The rounding of the normal also moves the force out of the plane.
+    // Rounding of the normal also makes n . h nonzero. Without motion it must not change the force.
     const Real lift = select(moves, dot(normal, h), Real(0));
     const Real shrink = Real(-0.5) * twist * twist;
     const Vec<Real, 3> aside = cross(normal, h);

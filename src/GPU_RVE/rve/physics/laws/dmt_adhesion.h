@@ -7,13 +7,13 @@
 // other symbols. Friction is limited by mu |k_n a d + f_a|, since spring and attraction both press
 // the grains together.
 //
-// In LAMMPS the attraction ends where the grains separate. Here it may act up to a distance h
-// between the surfaces, over which it decreases linearly to zero: at -h < d < 0 it is f_n = -f_a (1
-// + d/h). This models van der Waals forces with a cutoff, or a film ("reversible adhesion": Luding
-// 2008, Granular Matter 10, 235; Singh et al. 2014, Phys. Rev. E 90, 022202). Friction and dashpots
-// do not act at a distance. Two approaching grains jump into contact. Two grains that are pulled
-// apart separate at d = -h. The attraction at a distance adds f_a h/2 to the work of their
-// separation.
+// In LAMMPS the attraction ends where the grains separate. Here it can act up to a distance h
+// between the surfaces. It then decreases linearly to zero over this distance: for -h < d < 0 the
+// force is f_n = -f_a (1 + d/h). This models van der Waals forces with a cutoff, or a film
+// ("reversible adhesion": Luding 2008, Granular Matter 10, 235; Singh et al. 2014, Phys. Rev. E 90,
+// 022202). Friction and dashpots do not act at a distance. Two approaching grains jump into
+// contact. Two grains that are pulled apart separate at d = -h. The attraction at a distance adds
+// f_a h/2 to the work of their separation.
 
 #pragma once
 
@@ -60,7 +60,7 @@ inline namespace RVE_ISA {
     using Force = DmtContactForce<Real, typename NumberFormat::Spring, D>;
     using Constants = DmtConstants<typename NumberFormat::Scalar, D>;
     static constexpr ContactLaw contact_law = ContactLaw::Dmt;
-    // Friction acts also where spring and attraction cancel.
+    // Friction also acts where the normal force is zero because spring and attraction cancel.
     static constexpr bool bounds_tangential_forces = false;
     static constexpr bool has_reach = true;
 

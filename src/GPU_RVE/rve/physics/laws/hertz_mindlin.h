@@ -165,8 +165,8 @@ inline namespace RVE_ISA {
       return larger(so_far, magnitude(force.tangential));
     }
 
-    /// Adds the dissipation of a step. A growing or shrinking contact changes the energy of its
-    /// spring; the loss of this energy, which may be negative, counts as friction.
+    /// Adds the dissipation of a step. If a contact grows or shrinks, the energy of its spring
+    /// changes. The loss of this energy counts as friction; it can be negative.
     RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real dt,
                               Dissipation &dissipated) const
     {

@@ -9,9 +9,10 @@
 //   Numbers                    number format; In<OtherNumbers> is the same law in another format,
 //                              for packs of grains
 //   D                          dimension of space: 2 for disks, 3 for spheres
-//   Constants                  parameters in the units of a call, single numbers also for packs;
-//                              set(parameters, units, arm) converts the material of an RVE, by the
-//                              powers of force and length in the unit of each parameter
+//   Constants                  parameters in the units of a call, as single numbers even if the law
+//                              has packs of numbers; set(parameters, units, arm) converts the
+//                              material of an RVE, by the powers of force and length in the unit
+//                              of each parameter
 //   take(constants)            sets the parameters of the law
 //   History                    history of a pair as its first grain sees it: a number, or a struct
 //                              of numbers, which is initially zero
@@ -20,17 +21,18 @@
 //                              history with each number multiplied by its unit
 //   of_pair, to_pair           conversion of a history from and to a Pair of engine/state.h
 //   turned(history, rotation)  history after a rigid rotation of the RVE, for spheres
-//   history_for_steps(history) part of a history that steps read; its other numbers are zero until
-//                              the last force evaluation of a call
+//   history_for_steps(history) history in which the numbers that no step reads are zero; the last
+//                              force evaluation of a call sets them
 //   tangential_force(history)  tangential force on the first grain
-//   contact_law                law of the materials (physics/material.h)
+//   contact_law                ContactLaw of the materials for this law (physics/material.h)
 //   has_friction, has_rolling, has_rescaling, is_damped
 //                              properties of the law, so that kernels omit unneeded code
 //   has_reach, reach(parameters), acts(contact)
 //                              has_reach is true if forces act at a distance; reach() is the
 //                              largest such distance [length]; acts() is true if forces act on a
 //                              pair. Laws whose forces end where the grains separate take all three
-//                              from TouchingGrains. The history of a pair always ends there
+//                              from TouchingGrains. With all laws the history of a pair is cleared
+//                              where the grains separate
 //   answer(contact, i, j, moving, history, dt)
 //                              force: a ContactForce or a struct that begins with one; `moving` is
 //                              the motion of the grains at their contact. dt = 0 evaluates without
@@ -49,7 +51,8 @@
 //   force_scale(site)         sum of the magnitudes of spring force and attraction, which have
 //                              opposite signs: for the unit of forces
 //   limiting_force(site), limiting_force(force)
-//                              force that limits friction, at rest or for a result of evaluate()
+//                              force that limits friction: of a site at rest, or of a result of
+//                              evaluate()
 //   stiffness(site), viscosity(site)
 //                              moduli of springs and dashpots for small motions about a site: for
 //                              the time step and the affine stiffness
@@ -219,9 +222,9 @@ inline namespace RVE_ISA {
   /// is the part of the force in the spring and `slipped_now` the part above the limit. A sliding
   /// spring dissipates the product of its force and the slip, slipped_now / stiffness. The dashpot
   /// dissipates as well. If the stiffness is zero, the dissipation is force times velocity times
-  /// dt. The spring force jumps if the dashpot raises the total force over the limit, or stops
-  /// doing so. The energy of the spring then changes by more than the work of the current force;
-  /// the last term is this difference.
+  /// dt. The spring force jumps when the dashpot begins or ceases to raise the total force above
+  /// the limit. The energy of the spring then changes by more than the work of the current force.
+  /// The last term is the difference.
   template <class Force, class Spring>
   RVE_INLINE void dissipate_spring(const Force &force_now, const Spring &spring_now,
                                    const Spring &slipped_now, const Force &velocity_now,

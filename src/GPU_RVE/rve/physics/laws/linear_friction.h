@@ -12,8 +12,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Parameters of the linear laws in internal units. They are the same for all linear laws, so
-  /// that calls are prepared by the same code.
+  /// Parameters of the linear laws in internal units. All linear laws have the same struct, so that
+  /// the same code prepares their calls.
   template <class Numbers> struct alignas(16) LinearConstants {
     typename Numbers::Spring tangential_stiffness;
     typename Numbers::Real normal_stiffness, friction;

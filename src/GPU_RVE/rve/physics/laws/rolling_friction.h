@@ -5,7 +5,7 @@
 // The law is that of LAMMPS' `pair granular ... rolling sds k_roll gamma_roll mu_roll twisting sds
 // k_twist gamma_twist mu_twist`, after Luding (2008), "Cohesive, frictional powders: contact models
 // for tension", Granular Matter 10, 235-246: a spring with a parallel dashpot and a limit for a
-// "pseudo-force". Only the moment of this force acts on the grains. The other twisting law is
+// "pseudo-force". Only the moment of this force acts on the grains. A second law of twisting is
 // `twisting marshall`, after Marshall (2009), "Discrete-element modeling of particulate aerosol
 // flows", J. Comput. Phys. 228, 1541-1561.
 
@@ -68,7 +68,7 @@ inline namespace RVE_ISA {
 
     struct Answer {
       Moment spring;            ///< spring of this contact
-      Real share;               ///< current moment over that of the history
+      Real share;               ///< current moment divided by the moment in the history
       Real moment, velocity;    ///< moment on grain i along n [force length], and w_q
       Spring history, slipped;
     };
@@ -104,8 +104,8 @@ inline namespace RVE_ISA {
       return answer;
     }
 
-    /// Adds the dissipation of a step. A growing or shrinking contact area changes the energy of
-    /// the spring; the loss of this energy, which may be negative, counts as friction.
+    /// Adds the dissipation of a step. If the contact area grows or shrinks, the energy of the
+    /// spring changes. The loss of this energy counts as friction; it can be negative.
     template <class Law>
     RVE_INLINE void dissipate(const Law &law, double overlap, const Answer &twisted,
                               double normal_velocity, double dt, Dissipation &dissipated) const
@@ -264,8 +264,9 @@ inline namespace RVE_ISA {
       return answer;
     }
 
-    /// Returns a bound of the components of the moment: they are at most this number for disks, and
-    /// at most twice this number for spheres. Reduced radii are below half an internal length.
+    /// Returns a number that bounds the components of the moment. For disks they are at most this
+    /// number, and for spheres at most twice this number. Reduced radii are below half an internal
+    /// length.
     static RVE_INLINE Real largest(const Answer &turned)
     {
       const Real rolling = Real(Spring(0.5) * magnitude(turned.history.rolling));

@@ -46,8 +46,8 @@ inline namespace RVE_ISA {
       const Vec<Real, 3> &middle = moving.middle;
       if constexpr (kIsRelaxed) {
         // The result has a component along the normal: half of the angle of the step times the
-        // velocity perpendicular to the normal. It is less than the rounding of the result. The
-        // history returns to the contact plane in the next step.
+        // velocity perpendicular to the normal. This component is smaller than the rounding of the
+        // result. The next step turns the history back into the contact plane.
         for (int a = 0; a < 3; ++a) {
           const int b = (a + 1) % 3, c = (a + 2) % 3;
           moving.tangential_velocity[a] =
