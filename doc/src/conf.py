@@ -10,12 +10,18 @@ import sys
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '_ext'))
 import gpu_rve_doc
 
+# python_reference documents the package gpu_rve from its sources: neither the compiled library nor numpy is needed.
+sys.path.insert(0, os.path.join(gpu_rve_doc.REPOSITORY, 'python'))
+autodoc_mock_imports = ['cffi', 'matplotlib', 'numpy', 'gpu_rve._library']
+autodoc_member_order = 'bysource'
+autodoc_typehints = 'none'
+
 project = 'GPU_RVE'
 author = 'the GPU_RVE authors'
 copyright = 'the GPU_RVE authors; GNU General Public License, version 2'
 release = version = '0.1.0'
 
-extensions = ['sphinx.ext.mathjax', 'gpu_rve_doc']
+extensions = ['sphinx.ext.autodoc', 'sphinx.ext.mathjax', 'gpu_rve_doc', 'notebook']
 source_suffix = '.rst'
 exclude_patterns = ['_ext']
 highlight_language = 'none'

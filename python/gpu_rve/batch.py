@@ -22,7 +22,7 @@ def pointer_to(found: Found) -> Any:
 
 
 class Batch:
-    """RVEs that begin as copies of packings, all of disks or all of spheres.
+    """RVEs that begin as copies of packings of the same dimension and contact law.
 
     A batch has a committed state of each RVE. :meth:`trial` begins from it, however often it is
     called; :meth:`commit` makes the last trials the committed states, :meth:`revert` drops them.
@@ -33,7 +33,11 @@ class Batch:
     :param options: ``format`` ("fast", "mixed" or "double"), ``arithmetic`` ("strict" or
         "relaxed"), ``device`` ("auto", "cpu" or "cuda"), ``device_number``, ``threads`` (0: the
         default of OpenMP), ``block_size``, ``skin`` [length], ``arms`` ("contact" or "lammps"),
-        ``overlap_limit`` [-], ``energy`` (True: work and losses are counted)
+        ``overlap_limit`` [-], ``energy`` (True: work and losses are counted).
+        The default is the format "mixed" with an automatic choice of the device
+    :raises Error: an option is unknown or out of range, packings have different dimensions or
+        contact laws, or the device cannot be used
+    :raises MemoryError: the host or the device has too little memory
     """
 
     def __init__(self, packings: Sequence[Packing], **options: float | str | bool):
@@ -79,8 +83,8 @@ class Batch:
         return ffi.new("size_t[]", chosen), len(chosen)
 
     def time_steps(self, which: Iterable[int] | None = None) -> np.ndarray:
-        """Lower bounds of the stable DEM time steps (n) [time]; a step should be at most 0.9 of its
-        bound."""
+        """Returns lower bounds of the stable DEM time steps (n) [time]. A step should be at most
+        0.9 of its bound."""
         chosen, n = self._which(which)
         bounds = np.empty(n)
         check(lib.rve_time_steps(self._pointer, chosen, n, doubles(bounds)))
@@ -123,6 +127,10 @@ class Batch:
         :return: Cauchy stresses (n, D, D) [stress], which are `out` if it was given, and statuses
             (n), 0 for a sound RVE (:func:`status_text`); a failed RVE (:meth:`failed`) has its
             committed state
+        :raises Error: an array has the wrong type, shape or memory, a time step is above the bound
+            of stable steps, or a number of steps is negative; earlier trials stay
+        :raises ValueError: a shape cannot be broadcast
+        :raises TypeError: `substeps` has numbers that are not integers
         """
         return self._move(lib.rve_trial, lib.rve_trial_device, increments, dt, substeps, which, out)
 
@@ -163,7 +171,8 @@ class Batch:
         :param quantities: names of the requested quantities, as in :attr:`quantities` (Q)
         :param which: numbers of the selected RVEs (n); default: all
         :return: table (calls + 1, n, Q), before the first call and after each; statuses (n). Rows
-            of an RVE whose path has ended, or that failed, repeat.
+            of an RVE whose path has ended, or that failed, repeat
+        :raises Error: the path cannot be read, or a quantity is unknown
         """
         chosen, n = self._which(which)
         substeps, calls = int(integers(substeps, "substeps", (), np.int32)), integer(
@@ -177,7 +186,7 @@ class Batch:
 
     @staticmethod
     def failed(statuses: np.ndarray) -> np.ndarray:
-        """Returns which of these statuses are fatal: their RVEs kept their state."""
+        """Returns an array of bool that is True for fatal statuses, whose RVEs kept their state."""
         return np.asarray((np.asarray(statuses) & np.uint32(lib.rve_status_fatal())) != 0)
 
     @property
@@ -188,12 +197,17 @@ class Batch:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Returns a quantity of all RVEs (n), by the names of the LAMMPS command compute rve/atom:
-        ``batch["p"]``."""
+        ``batch["p"]``. Same as :meth:`quantity`."""
         return self.quantity(name)
 
     def quantity(self, name: str, which: Iterable[int] | None = None, out: Any = None) -> Any:
-        """Returns a quantity of these RVEs (n), with their last trial if there is one. `out` is as
-        in :meth:`trial`, (n)."""
+        """Returns a quantity of these RVEs (n), with their last trial if there is one.
+
+        :param name: one of :attr:`quantities`
+        :param which: numbers of the selected RVEs; default: all
+        :param out: as in :meth:`trial`, (n)
+        :raises Error: the name is unknown
+        """
         chosen, n = self._which(which)
         values, receives = self._out(out, (n,))
         call = lib.rve_quantity_device if receives.on_device else lib.rve_quantity
@@ -251,7 +265,7 @@ class Batch:
         return Packing(pointer[0])
 
     def set_packing(self, which: int, packing: Packing) -> None:
-        """Replaces an RVE by a packing."""
+        """Replaces the state and the trial of an RVE by a packing with the same contact law."""
         check(lib.rve_batch_set_packing(self._pointer, integer(which, "which", 0),
                                         packing._pointer))
 
@@ -260,7 +274,10 @@ class Batch:
         return saved_by(lib.rve_save, self._pointer)
 
     def restore(self, saved: bytes) -> None:
-        """Restores states from :meth:`save`, one for each RVE; they are committed."""
+        """Restores states from :meth:`save`, one for each RVE; they are committed.
+
+        :raises Error: the bytes are damaged, of a later release, or of another number of RVEs
+        """
         check(lib.rve_restore(self._pointer, ffi.from_buffer(saved), len(saved)))
 
     def __getstate__(self) -> object:

@@ -20,37 +20,38 @@ from .packing import Packing
 
 @dataclasses.dataclass(frozen=True)
 class Curves:
-    """Results of a test: arrays (rows + 1, n) of n packings, before the test and after each of its
-    rows.
+    """Results of a test: arrays (rows + 1, n) of n packings. The first row is the state before the
+    test.
 
     Strains are logarithms of stretches. Stresses and strains are positive in tension (extension),
     except `strain`, `p` and `q`.
     """
 
     strain: np.ndarray
-    """What is applied: axial compression, volumetric compression, or the shear strain [-]."""
+    """Applied strain: axial compression, volumetric compression, or the shear strain [-]."""
     p: np.ndarray
     """Mean stress, compression positive [stress]."""
     q: np.ndarray
     """Deviatoric stress, as of the LAMMPS command compute rve/atom [stress]."""
     volumetric_strain: np.ndarray
-    """Extension positive [-]."""
+    """Logarithmic volumetric strain, extension positive [-]."""
     void_ratio: np.ndarray
-    """[-]"""
+    """Volume of voids over volume of grains [-]."""
     coordination: np.ndarray
     """Mean number of contacts of a grain [-]."""
     stress: np.ndarray
-    """Cauchy (rows + 1, n, D, D) [stress]."""
+    """Cauchy stress (rows + 1, n, D, D), tension positive [stress]."""
     deformation: np.ndarray
-    """F since the beginning of the test (rows + 1, n, D, D) [-]."""
+    """Deformation gradient since the beginning of the test (rows + 1, n, D, D) [-]."""
     statuses: np.ndarray
-    """(n), 0 for an RVE that is sound; the rows of one that failed repeat."""
+    """Statuses (n), 0 for a sound RVE (:func:`gpu_rve.status_text`); the rows of a failed RVE
+    repeat its last state."""
     packings: tuple[Packing, ...]
     """The RVEs at the end (n)."""
 
     @property
     def ratio(self) -> np.ndarray:
-        """q/p [-]."""
+        """Stress ratio q/p (rows + 1, n) [-]."""
         return self.q / self.p
 
 
@@ -137,6 +138,8 @@ def compression(packings: Packing | Sequence[Packing],
     :param rows: number of rows of the arrays after the first one
     :param step: DEM time step over the bound of stable steps [-], at most 0.9
     :param options: those of :class:`gpu_rve.Batch`
+    :raises ValueError: `strain`, `rate`, `step` or `rows` is not positive
+    :raises Error: an option, or the pressure, is refused
     """
     first = packings if isinstance(packings, Packing) else packings[0]
     axis = AXES[first.dimension - 1]

@@ -16,8 +16,12 @@ class Packing:
     """A periodic packing of disks (dimension 2) or spheres (dimension 3).
 
     :meth:`read`, :meth:`create` and :meth:`Batch.packing` make packings. Parameters of the material
-    are read and set by their keywords: ``packing["friction"] = 0.3``. Pickling keeps a packing to
-    the bit.
+    are read and set by their keywords, those of the LAMMPS command create_rve:
+    ``packing["friction"] = 0.3``. An unknown keyword or a value out of range raises :class:`Error`.
+    Pickling keeps the exact state.
+
+    Arrays have N grains, C contacts and the dimension D. They are copies: changes of an array
+    do not change the packing.
     """
 
     def __init__(self, pointer: Any):
@@ -25,7 +29,10 @@ class Packing:
 
     @classmethod
     def read(cls, file: str | os.PathLike) -> Packing:
-        """Reads a packing file."""
+        """Reads a packing file.
+
+        :raises Error: the file cannot be read, or is not a valid packing file
+        """
         pointer = ffi.new("rve_packing **")
         check(lib.rve_packing_read(os.fsencode(file), pointer))
         return cls(pointer[0])
@@ -42,6 +49,8 @@ class Packing:
             ``contact`` ("hooke", "hertz", "dmt"), ``format``, ``device``, ``threads``, and the
             parameters of the material: ``kn``, ``kt`` [force/length], ``friction``, ``density``
             [mass/length^3], ``damping``, ...; those of the LAMMPS command create_rve
+        :raises Error: a keyword is unknown or missing, a value is out of range, or the packing
+            cannot be prepared
         """
         pointer = ffi.new("rve_packing **")
         recipe = {**recipe, "radius_min": radius[0], "radius_max": radius[1]}
@@ -50,7 +59,10 @@ class Packing:
 
     @classmethod
     def read_library(cls, file: str | os.PathLike) -> list[Packing]:
-        """Reads all packings of a library in its order, or the one of a packing file."""
+        """Returns all packings of a library in its order, or the one of a packing file.
+
+        :raises Error: the file cannot be read, or is not valid
+        """
         count = ffi.new("size_t *")
         check(lib.rve_library_read(os.fsencode(file), ffi.NULL, 0, count))
         pointers = ffi.new("rve_packing *[]", count[0])
@@ -75,12 +87,16 @@ class Packing:
         check(lib.rve_packing_write(self._pointer, os.fsencode(file)))
 
     def save(self) -> bytes:
-        """Returns the whole state, exact; a file has no counters, energies and list of pairs."""
+        """Returns the exact state as bytes, with counters, energies and the list of pairs, which a
+        packing file does not have."""
         return saved_by(lib.rve_packing_save, self._pointer)
 
     @classmethod
     def restore(cls, saved: bytes) -> Packing:
-        """Restores a packing from :meth:`save`."""
+        """Restores a packing from :meth:`save`.
+
+        :raises Error: the bytes are damaged or of a later release
+        """
         pointer = ffi.new("rve_packing **")
         check(lib.rve_packing_restore(ffi.from_buffer(saved), len(saved), pointer))
         return cls(pointer[0])
@@ -107,7 +123,7 @@ class Packing:
 
     @property
     def grains(self) -> int:
-        """N"""
+        """N, the number of grains."""
         return int(lib.rve_packing_grains(self._pointer))
 
     @property
@@ -122,32 +138,32 @@ class Packing:
 
     @property
     def cell(self) -> np.ndarray:
-        """H (D, D); its columns are the cell vectors [length]."""
+        """Cell matrix H (D, D); its columns are the cell vectors [length]."""
         return self._array(b"cell", self.dimension, self.dimension)
 
     @property
     def deformation(self) -> np.ndarray:
-        """F (D, D) since the packing was made [-]."""
+        """Deformation gradient F (D, D) since the packing was made [-]."""
         return self._array(b"deformation", self.dimension, self.dimension)
 
     @property
     def radii(self) -> np.ndarray:
-        """(N) [length]"""
+        """Radii (N) [length]."""
         return self._array(b"radius", self.grains)
 
     @property
     def positions(self) -> np.ndarray:
-        """(N, D) in the cell at the origin [length]."""
+        """Positions of the centers (N, D) in the cell at the origin [length]."""
         return self._array(b"position", self.grains, self.dimension)
 
     @property
     def velocities(self) -> np.ndarray:
-        """(N, D) peculiar velocities, without the mean field L x [length/time]."""
+        """Peculiar velocities (N, D), without the mean field L x [length/time]."""
         return self._array(b"velocity", self.grains, self.dimension)
 
     @property
     def spins(self) -> np.ndarray:
-        """(N), for spheres (N, 3) [1/time]."""
+        """Spins (N), counter-clockwise; for spheres vectors (N, 3) [1/time]."""
         return self._array(b"spin", self.grains, *((3,) if self.dimension == 3 else ()))
 
     def contacts(self) -> dict[str, np.ndarray]:

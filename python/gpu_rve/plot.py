@@ -14,7 +14,10 @@ def grains(packing: Packing, axes: Any = None, forces: bool = True) -> Any:
     """Draws the disks of a packing in its cell, and contact forces as lines with a proportional
     width.
 
+    :param axes: axes of Matplotlib; default: those of a new figure
+    :param forces: False: no contact forces
     :return: the axes
+    :raises ValueError: the packing has spheres
     """
     import matplotlib.pyplot as plt
     from matplotlib.collections import EllipseCollection
@@ -45,8 +48,10 @@ def grains(packing: Packing, axes: Any = None, forces: bool = True) -> Any:
 
 def force_chains(packing: Packing, axes: Any = None) -> Any:
     """Draws contact forces of a packing in the cell, as lines from center to center with a
-    proportional width.
+    proportional width, for disks and spheres.
 
+    :param axes: axes of Matplotlib, for spheres of a projection "3d"; default: axes of a new
+        figure
     :return: the axes, for spheres those of a projection "3d"
     """
     import matplotlib.pyplot as plt

@@ -4,6 +4,7 @@ IncrSmallStrainModel of fenics-constitutive."""
 
 from __future__ import annotations
 
+import math
 from typing import Any, Sequence
 
 import numpy as np
@@ -14,7 +15,7 @@ from .batch import Batch, status_text
 from .packing import Packing
 
 HISTORY = "trial"
-ROOT_TWO = float(np.sqrt(2.0))
+ROOT_TWO = math.sqrt(2.0)
 
 
 class TrialFailed(Error):
@@ -37,8 +38,8 @@ class SmallStrainModel:
     Only the committed state and the last trial can be named. A host without history calls
     :meth:`update` instead.
 
-    :param packings: one for each point
-    :param substeps: DEM steps of an increment
+    :param packings: one for each point (n)
+    :param substeps: DEM steps of an increment, at least 1
     :param time_scale: time of the RVEs over that of the host [-]
     :param probe: strain of the differences for the tangent [-]
     :param rotates: False: the RVE gets only the strain of an increment, as in small strains; True:
@@ -70,19 +71,22 @@ class SmallStrainModel:
 
     @property
     def geometric_dim(self) -> int:
+        """D: 2 for disks, 3 for spheres."""
         return self.batch.dimension
 
     @property
     def stress_strain_dim(self) -> int:
+        """S, the number of components of a vector: 4 for disks, 6 for spheres."""
         return 4 if self.batch.dimension == 2 else 6
 
     @property
     def history_dim(self) -> dict[str, int]:
+        """Name and size of the history of a point, ``{"trial": 1}``."""
         return {HISTORY: 1}
 
     def stress(self) -> np.ndarray:
-        """Stresses of the committed states (n * S), with which a host begins; a trial that was not
-        accepted is dropped."""
+        """Returns the stresses of the committed states (n * S) [stress], with which a host begins.
+        A trial that was not accepted is dropped."""
         tensors, _ = self.batch.trial(np.eye(self.batch.dimension),
                                       float(self.batch.time_steps().min()), 0)
         self.batch.revert()
@@ -93,8 +97,7 @@ class SmallStrainModel:
 
     def evaluate(self, t: float, del_t: float, grad_del_u: np.ndarray, stress: np.ndarray,
                  tangent: np.ndarray | None, history: dict[str, np.ndarray] | None) -> None:
-        """Makes a trial of all RVEs; overwrites stress, tangent and history. Raises
-        :class:`TrialFailed` if an RVE fails, and then overwrites nothing.
+        """Makes a trial of all RVEs; overwrites stress, tangent and history.
 
         :param t: time of the host, which RVEs do not use
         :param del_t: of the increment [time]
@@ -102,8 +105,11 @@ class SmallStrainModel:
         :param stress: Mandel's (n * S); only an output, since RVEs store their stress [stress]
         :param tangent: derivative of the stress by the strain (n * S * S), by differences with one
             more trial for each component; None: no tangent [stress]
-        :param history: :data:`HISTORY` (n), 0 at the beginning; None for a host that calls
-            :meth:`update`
+        :param history: dictionary with the array ``"trial"`` (n), 0 at the beginning; None for a
+            host that calls :meth:`update`
+        :raises TrialFailed: an RVE fails in the increment; nothing is overwritten
+        :raises Error: an array has the wrong size, `del_t` is not positive, or `history` names
+            another state
         """
         n, d, s = len(self.batch), self.batch.dimension, self.stress_strain_dim
         for array, name, size in ((grad_del_u, "grad_del_u", n * d * d), (stress, "stress", n * s),
