@@ -24,7 +24,8 @@ LAMMPS_MANUAL = 'https://docs.lammps.org/'
 
 # Pages that are, or would be, ours: a reference to a missing one of these is a warning, not a link to LAMMPS.
 OURS = re.compile(r'rve|mpm|rigid|random|footing|gpu|theory|accuracy|performance|architecture|install|units_notation|release_notes|failure|styles|stability'
-                  r'|getting_started|howto|glossary|validation|verification|packing|contact_laws|loading_paths|troubleshooting')
+                  r'|getting_started|howto|glossary|validation|verification|packing|contact_laws|loading_paths|troubleshooting|tutorial|study|dev_'
+                  r'|python_reference|overview|platforms|limitations|environment|help')
 
 # Debian's libjs-mathjax, and what formulas in TeX that are drawn as SVG need of it: 4 MB of 54
 MATHJAX = '/usr/share/javascript/mathjax'
