@@ -111,7 +111,7 @@ def measure(arguments, data, packing, dimension, cores, folder):
         engine.append(rates)
         for law, of_law in conditions.items():
             lammps.setdefault(law, []).append(
-                lammps_rate(arguments.bin / "lmp_plain", data, arguments.steps, cores, folder,
+                lammps_rate(arguments.lammps or arguments.bin / "lmp_plain", data, arguments.steps, cores, folder,
                             dimension, law, of_law))
         if arguments.gpu and cores == arguments.cores:
             gpu.append(
@@ -198,6 +198,10 @@ def main():
                         required=True,
                         type=pathlib.Path,
                         help="folder with lmp, lmp_plain and bench_engine")
+    parser.add_argument("--lammps",
+                        type=pathlib.Path,
+                        help="another LAMMPS instead of lmp_plain, for example with other flags")
+    parser.add_argument("--flags", help="compiler flags of LAMMPS, for the record")
     parser.add_argument("--packing", required=True, type=pathlib.Path)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--steps", type=int, default=20000, help="of LAMMPS in each round")
@@ -218,6 +222,7 @@ def main():
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
     arguments.bin = arguments.bin.resolve()
+    arguments.lammps = arguments.lammps and arguments.lammps.resolve()
     packing = arguments.packing.resolve()
     dimension = dimension_of(packing)
     os.environ["OMP_NUM_THREADS"] = "1"    # for LAMMPS; bench_engine sets its threads itself
@@ -233,6 +238,10 @@ def main():
         for cores in sorted({1, arguments.cores}):
             rows += rows_of(number_of_grains(packing), dimension, cores,
                             *measure(arguments, data, packing, dimension, cores, folder))
+    if arguments.flags:
+        for row in rows:
+            if row["case"]["code"] == "lammps":
+                row["details"] = {"compiler_flags": arguments.flags}
 
     if arguments.out:
         commit = os.environ.get("GPU_RVE_COMMIT") or subprocess.run(
