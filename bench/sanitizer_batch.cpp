@@ -93,6 +93,7 @@ namespace {
     return state;
   }
 
+  /// An RVE that takes one path of the engine, and the status that it must return.
   template <int D> struct Visit {
     const char *what;
     RveStateOf<D> state;
@@ -104,8 +105,8 @@ namespace {
   std::vector<Visit<D>> visits(const RveStateOf<D> &packing, double dt, bool general, bool steered)
   {
     const auto small = strained<D>(dt, {0.0, 1e-3, 0.0}, 20);
-    // A packing of few spheres is only a few grains wide, so the strain is divided between two
-    // axes.
+    // The cell of few spheres is only a few grains wide. If the whole strain were along one axis,
+    // the cell would become too narrow, so both x and y are compressed.
     const Strain crush = D == 2 ? Strain{0.0, 0.0, -0.6} : Strain{-0.4, 0.0, -0.4};
     std::vector<Visit<D>> all = {
         {"shear with rebuilds", packing, strained<D>(dt, {0.0, 0.03, 0.0}, 30), status::Ok},
@@ -156,9 +157,10 @@ namespace {
     return dot(pair.rolling_force, pair.rolling_force) > 0.0 && pair.twisting_moment != 0.0;
   }
 
-  /// Runs all visits in two calls of at least `total` RVEs. One call returns ResponseOf<D>, the
-  /// short result, and the other returns ResultOf<D>. With `light_company`, the other RVEs are
-  /// pairs of grains; otherwise they are packings.
+  /// Advances the RVEs of all visits together, in two successive calls. The first call returns
+  /// ResponseOf<D>, the short result, and the second returns ResultOf<D>. Other RVEs are added
+  /// until a call has `total` RVEs. With `light_company`, they are pairs of grains; otherwise they
+  /// are packings.
   template <int D>
   void visit(rve::Options options, const RveStateOf<D> &packing, double time_step, int total,
              bool light_company, bool steered)
@@ -202,9 +204,9 @@ namespace {
     engine->remove(rves[1]);
   }
 
-  /// Runs RVEs whose skin is the mean diameter. Their neighbor lists, and the device memory of
-  /// their blocks for what does not fit in shared memory, overflow the capacity that is allocated
-  /// first.
+  /// Runs RVEs whose skin is the mean diameter. Their neighbor lists are longer than the capacity
+  /// that is allocated first. The device memory of each block for what does not fit in shared
+  /// memory is also too small.
   template <int D>
   void overflow(rve::Options options, const RveStateOf<D> &packing, double time_step)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The C interface with arrays in the memory of a GPU. Results must be bitwise equal to those with
-// host arrays, and arrays in other memory are errors.
+// host arrays. An array in other memory must be refused.
 
 #include "librve.h"
 

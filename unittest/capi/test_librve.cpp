@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The C interface gives the bits of the engine, its trials change no state, and its errors have
-// texts.
+// The C interface. Its results are bitwise equal to those of the engine, trials change no state,
+// and every error has a message.
 
 #include "librve.h"
 
@@ -55,7 +55,7 @@ Batch batch_of(const std::string &file, std::size_t count, const char *options =
 
 using Numbers = std::vector<double>;
 
-/// Returns the identity plus strain/100 times a nonsymmetric matrix, for RVE k.
+/// Returns the identity plus 1e-4 times a nonsymmetric matrix that depends on k.
 Numbers increment(int dimension, int k)
 {
   Numbers f(dimension * dimension, 0.0);
@@ -160,11 +160,11 @@ TEST(Librve, TrialsChangeNoState)
       ASSERT_EQ(rve_commit(tried.get()), RVE_SUCCESS);
       EXPECT_EQ(saved(tried.get()), saved(plain.get()));
     }
-    // a trial that is discarded
+    // A trial changes the results, but not the state that rve_save returns. rve_revert discards it.
     const double before = quantity(plain.get(), "p", 0);
     const std::vector<char> state = saved(plain.get());
     move(plain.get(), Kind::Trial, {0}, 9);
-    EXPECT_EQ(saved(plain.get()), state);    // results of the committed state
+    EXPECT_EQ(saved(plain.get()), state);
     EXPECT_NE(quantity(plain.get(), "p", 0), before);
     ASSERT_EQ(rve_revert(plain.get()), RVE_SUCCESS);
     EXPECT_EQ(quantity(plain.get(), "p", 0), before);
@@ -195,7 +195,7 @@ TEST(Librve, ResultsDoNotDependOnTheBatch)
                               "format mixed device cpu threads 2"),
               one = batch_of({packing.get()}, "format mixed device cpu threads 1");
   const Numbers all = move(four.get(), Kind::Advance, {3, 0, 2}, 0);
-  // the increment of RVE 0
+  // `all` has the stresses of the RVEs 3, 0 and 2. Those of RVE 0 begin at index 4.
   const Numbers alone = move(one.get(), Kind::Advance, {0}, 0);
   EXPECT_EQ(Numbers(all.begin() + 4, all.begin() + 8), alone);
   EXPECT_EQ(quantity(four.get(), "substeps", 1), 0.0);
@@ -248,8 +248,8 @@ namespace {
 constexpr std::size_t CALLS = 10;
 constexpr int STEPS_PER_CALL = 20;
 
-/// Advances the RVEs of a batch along a path. Returns rows of syy, sxx, def_yy of all RVEs: one
-/// before the path and one after each call.
+/// Advances the RVEs of a batch along a path. Returns a table with one row before the path and one
+/// after each call. A row has syy, sxx and def_yy of the first RVE, then those of the next RVEs.
 Numbers follow(rve_batch *batch, const char *path, std::size_t calls = CALLS,
                std::vector<std::uint32_t> *statuses = nullptr)
 {
@@ -277,15 +277,15 @@ TEST(Librve, APathOfRatesIsAnAdvanceByTheirExponential)
     ASSERT_EQ(rve_advance(advanced.get(), nullptr, 1, f.data(), dt.data(), &steps, stress.data(),
                           nullptr),
               RVE_SUCCESS);
-    // the path evaluates the exponential by its series
+    // The results are not bitwise equal: the path computes the matrix exponential by its series.
     EXPECT_NEAR(table[3 * (call + 1)], stress[3], 1e-9 * std::fabs(stress[3]));
   }
 }
 
 namespace {
 
-/// Returns all results of a batch that makes trials, advances, paths and tangents, and that is
-/// saved and restored.
+/// Makes trials, advances, a path and tangents with a batch, saves and restores its RVEs in
+/// between, and returns all results.
 std::vector<Numbers> answers_of(const std::string &file, const std::string &options)
 {
   const Batch batch = batch_of(file, 2, options.c_str());
@@ -295,7 +295,7 @@ std::vector<Numbers> answers_of(const std::string &file, const std::string &opti
   answers.push_back(move(batch.get(), Kind::Trial, {0, 1}, 1));
   EXPECT_EQ(rve_commit(batch.get()), RVE_SUCCESS);
   const std::vector<char> bytes = saved(batch.get());
-  // the same state on CPU threads
+  // The saved RVEs are also restored in a batch on CPU threads.
   const Batch on_cpu = batch_of(file, 2, OPTIONS);
   EXPECT_EQ(rve_restore(on_cpu.get(), bytes.data(), bytes.size()), RVE_SUCCESS) << rve_error();
   answers.push_back(move(on_cpu.get(), Kind::Advance, {0, 1}, 2));
@@ -393,7 +393,8 @@ TEST(Librve, InvalidPathChangesNothing)
   expect("stage rate yy 1 until time > 1", DT_DISKS, 0, "p", "substeps is 0");
   expect("stage rate yy 1 until time > 1", DT_DISKS, 1, "pea", "there is no");
   expect("stage rat yy 1", DT_DISKS, 1, "p", "path:1");
-  // The shear of the second stage in one call is so large that its logarithm is not unique.
+  // In one call, the second stage shears so much that the logarithm of the deformation is not
+  // unique.
   expect("stage rate yy 0.1 until time > 1e-5 stage rate xy 1e9 until time > 1", DT_DISKS, 1, "p",
          "");
 }
@@ -428,13 +429,13 @@ void put_word(std::vector<char> &bytes, std::size_t place, std::uint64_t word)
   std::memcpy(bytes.data() + place, &word, sizeof(word));
 }
 
-// Byte positions in saved RVEs. The header has magic, dimension, number, size and checksum. The
-// size of the first record and this record follow.
+// Byte positions in saved RVEs. The header has magic, dimension, number of RVEs, size and checksum.
+// After the header come the size of the first record and the record itself.
 constexpr std::size_t PLACE_OF_DIMENSION = 8, PLACE_OF_COUNT = 16, PLACE_OF_CHECKSUM = 32,
                       PLACE_OF_LENGTH = 40;
 
-/// Returns the bytes as a release with interface 1.2 wrote them. Its checksum covers only the
-/// records.
+/// Returns the bytes as a release with interface 1.2 wrote them. In that version the checksum
+/// covers only the records.
 std::vector<char> first_version_of(std::vector<char> bytes)
 {
   bytes[7] = '1';
@@ -455,7 +456,7 @@ TEST(Librve, ADamagedHeaderOfSavedRvesIsRefused)
     EXPECT_EQ(rve_restore(two.get(), damaged.data(), damaged.size()), RVE_BAD_INPUT);
     EXPECT_STREQ(rve_error(), "the saved RVEs are damaged");
   }
-  // These bytes have correct checksums, but counts or lengths that point beyond their end.
+  // The following bytes have correct checksums, but a wrong count, length or dimension.
   const auto expect = [&](std::vector<char> bytes, const std::string &message) {
     bytes = first_version_of(bytes);
     rve_packing *packing = nullptr;
@@ -517,7 +518,7 @@ TEST(Librve, ARefusedCallLeavesTheTrialBeforeIt)
     refused[4].increments.back() = std::nan("");
     refused[5].increments[d * d] = -1.0;
     refused[6].dt[0] = HUGE_VAL;
-    refused[7].substeps[1] = 0;    // an increment other than the identity without a step
+    refused[7].substeps[1] = 0;    // a deformation needs at least one step
     const auto expect_unchanged = [&](int code) {
       EXPECT_EQ(code, RVE_BAD_INPUT);
       EXPECT_EQ(quantity(batch.get(), "p", 0), p) << rve_error();
@@ -557,7 +558,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
       return function(batch.get(), nullptr, 2, increments.data(), dt.data(), substeps.data(),
                       nullptr, nullptr);
     };
-    // The increment must be refused in the first call, after a valid trial, and in an advance.
+    // A dt of 1.7 bounds must be refused in the first call, after a valid trial, and in an advance.
     for (int k = 0; k < 2; ++k) {
       EXPECT_EQ(call(rve_trial, 1.7), RVE_BAD_INPUT);
       EXPECT_NE(std::string(rve_error()).find("dt of RVE 1 is "), std::string::npos) << rve_error();
@@ -567,7 +568,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
     ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
     EXPECT_EQ(call(rve_advance, 1.7), RVE_BAD_INPUT);
     EXPECT_EQ(saved(batch.get()), state);
-    // A call without steps cannot have a step that is too long.
+    // Without steps, a call accepts any dt.
     const std::vector<std::int32_t> none = {0, 0};
     const Numbers dt(2, 1.0);
     EXPECT_EQ(rve_trial(batch.get(), nullptr, 2, increments.data(), dt.data(), none.data(), nullptr,
@@ -575,7 +576,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
               RVE_SUCCESS)
         << rve_error();
     ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
-    // a path with such increments
+    // A path with too large a dt is refused as well.
     Numbers table(16, -7.0);
     EXPECT_EQ(rve_follow_path(batch.get(), nullptr, 2, "stage rate yy -0.1 until time > 1",
                               1.7 * bounds[0], 5, 3, "p", table.data(), nullptr),
@@ -588,7 +589,8 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
 
 TEST(Librve, AStepThatGrowingStiffnessMakesTooLongIsRefused)
 {
-  // In Hertz disks the stiffness increases with the overlaps while hardly any contact is added.
+  // Under compression, the stiffness of Hertz contacts increases with their overlaps, while hardly
+  // any contact is added.
   rve_packing *packing = nullptr;
   ASSERT_EQ(rve_packing_create("shape disk grains 60 seed 1 radius uniform 0.003 0.006 density "
                                "2650 pressure 1e3 thickness 0.075 contact hertz hertz_kn 5e9 "
@@ -657,7 +659,7 @@ TEST(Librve, AFailureHasAStatusAndKeepsTheState)
 {
   const Batch batch = batch_of(DISKS, 2);
   const std::vector<char> state = saved(batch.get());
-  // half of the width in one step
+  // In one step, RVE 0 is compressed to half of its width and height.
   const Numbers increments = {0.5, 0, 0, 0.5, 1, 0, 0, 1}, dt(2, DT_DISKS);
   const std::int32_t substeps[] = {1, 1};
   std::uint32_t statuses[2] = {0, 0};
@@ -689,8 +691,8 @@ TEST(Librve, BatchesUseTheirOwnThreads)
   EXPECT_EQ(saved(other.get()), saved(alone.get()));
 }
 
-// Four threads create batches of two threads each, make trials, save and cause errors. No batch may
-// affect another one, and each thread must read its own error.
+// Four threads create batches of two threads each, make trials, save and cause errors. No batch is
+// allowed to affect another one, and each thread must read its own error.
 TEST(Librve, ThreadsShareNothing)
 {
   const char *const options = "format double device cpu threads 2";
@@ -718,7 +720,8 @@ TEST(Librve, ThreadsShareNothing)
 
 TEST(Librve, AffineStiffnessIsTheFirstStepFromRest)
 {
-  // The stiffness is defined as the change of stress of one small step without relaxation.
+  // The affine stiffness is the ratio of stress change to strain in one small step, in which the
+  // grains follow the mean deformation.
   const Batch batch = batch_of(DISKS, 1);
   Numbers stiffness(4 * 3);
   ASSERT_EQ(rve_affine_stiffness(batch.get(), nullptr, 1, stiffness.data()), RVE_SUCCESS);
@@ -729,7 +732,7 @@ TEST(Librve, AffineStiffnessIsTheFirstStepFromRest)
   ASSERT_EQ(rve_trial(batch.get(), nullptr, 1, increments.data(), dt.data(), &substeps,
                       stress.data(), nullptr),
             RVE_SUCCESS);
-  // row yy, column yy
+  // The component relates the stress yy to the strain yy.
   EXPECT_NEAR((stress[3] - s0) / strain, stiffness[3 * 3 + 1], 1e-4 * stiffness[3 * 3 + 1]);
 }
 
@@ -781,7 +784,8 @@ const std::string GROUND =
 TEST(Librve, GrainsFindTheirEarthPressureAtRest)
 {
   const Packing rest = created(GROUND + "pressure 20e3 k0 rest");
-  // At this lower pressure the sides reach the position at which they then stay.
+  // With `k0 rest` the preparation fixes the sides at this lower pressure. Only the height changes
+  // up to 20e3.
   const Packing before = created(GROUND + "pressure 1e3");
   const Batch batch = batch_of({rest.get()});
 
@@ -836,7 +840,7 @@ TEST(Librve, ReadsLibrariesAndImagesOfTheirPackings)
   const Packing alone(pointers[0], rve_packing_free);
   EXPECT_EQ(count, 1u);
 
-  // A mirror that reverses x keeps the normal stresses and reverses the shear stress.
+  // Image 4 is mirrored along x. It has the same normal stresses and the opposite shear stress.
   rve_packing *seen = nullptr;
   EXPECT_EQ(rve_packing_image(alone.get(), 8, &seen), RVE_BAD_INPUT);
   EXPECT_NE(std::string(rve_error()).find("8"), std::string::npos) << rve_error();
@@ -863,7 +867,7 @@ TEST(Librve, TangentsAreProbedInTheRequestedFormat)
   };
   const char *const words = "format double strain_steps 100 most_steps 500";
   EXPECT_EQ(tangent(exact, words), tangent(exact, "strain_steps 100 most_steps 500"));
-  // An engine with format fast rounds its grains.
+  // The tangents of both batches differ because format fast rounds the grains of the state.
   const Numbers of_fast = tangent(fast, words), of_exact = tangent(exact, words);
   for (int k = 0; k < 9; ++k) EXPECT_NEAR(of_fast[k], of_exact[k], 0.02 * of_exact[0]);
 }
@@ -882,7 +886,7 @@ TEST(Librve, ContactsGiveTheStressByLove)
     const double *row = &table[k * columns];
     sum += row[7 + 2] * row[2 + 2];    // force_z branch_z
   }
-  const double volume = cell[0] * cell[4] * cell[8];    // upright
+  const double volume = cell[0] * cell[4] * cell[8];    // the cell has right angles
   const Batch batch = batch_of({packing.get()});
   EXPECT_NEAR(sum / volume, quantity(batch.get(), "szz", 0), 1e-9 * std::fabs(sum / volume));
 }
@@ -949,7 +953,7 @@ TEST(Librve, WrongInputIsNamedAndThrowsNothing)
       "-1");
   expect(rve_trial(batch.get(), &first, 1, nullptr, good.data(), &substeps, nullptr, nullptr),
          "increments is a null pointer");
-  // an advance while a trial is pending
+  // An advance is refused while a trial is pending.
   move(batch.get(), Kind::Trial, {0}, 0);
   Numbers more = increments;
   expect(rve_advance(batch.get(), &first, 1, more.data(), good.data(), &substeps, nullptr, nullptr),
@@ -968,7 +972,7 @@ TEST(Librve, ABatchOnCpuThreadsTakesNoArraysOfADevice)
   const std::vector<char> state = saved(batch.get());
   const Numbers increments = {1, 0, 0, 1}, dt = {DT_DISKS};
   const std::int32_t substeps = 1;
-  // The address must be neither read nor written.
+  // The call must neither read nor write this invalid address.
   double *const array = reinterpret_cast<double *>(8);
   const auto expect = [](int code, const std::string &name) {
     EXPECT_EQ(code, RVE_BAD_INPUT);

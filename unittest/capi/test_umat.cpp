@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The UMAT of examples/umat, called as by a finite element program. It must give the bits of librve
-// and correct tangents, identify states by number, and report increments that an RVE refuses.
+// The UMAT of examples/umat, called as by a finite element program. Stresses must be bitwise equal
+// to those of librve, and tangents must be their derivatives. STATEV must identify the state of an
+// RVE. If an increment fails, the UMAT must request a smaller one.
 
 #include "librve.h"
 
@@ -269,7 +270,7 @@ TEST(Umat, TheTangentOfFiniteStrainHasTheChangeOfVolume)
     for (int row = 0; row < 6; ++row)
       EXPECT_NEAR(volume * after[row] - before.stress[row],
                   before.tangent[row + 6 * column] * point.probe,
-                  1e-8 * std::abs(before.stress[0]))    // the square of the probe
+                  1e-8 * std::abs(before.stress[0]))    // terms of second order in the probe
           << row << " by " << column;
   }
 }

@@ -51,8 +51,8 @@ inline void expect_message(const std::string &message, const std::string &part)
       << "expected '" << part << "' in '" << message << "'";
 }
 
-/// Sums a function of the lag over all pairs of one point each of two equal rectangles of nx by ny
-/// nodes. Each lag (i, j) in nodes occurs (nx - |i|) (ny - |j|) times.
+/// Sums a function of the lag over all ordered pairs of nodes in a rectangle of nx by ny nodes. The
+/// lag (i, j), in nodes, occurs (nx - |i|) (ny - |j|) times.
 template <class Function>
 double sum_over_pairs(std::int64_t nx, std::int64_t ny, const Function &function)
 {

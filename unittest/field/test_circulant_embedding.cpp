@@ -102,8 +102,8 @@ TEST(CirculantEmbedding, SecondMomentsAreTheCovarianceMatrix)
 
     const Matrix moments = rve_test::times_own_transpose(map_of(embedding, one.grid));
 
-    // The tolerance has two parts: the rounding error of two transforms of at most some 1000
-    // points, 2 log2(1000) epsilon = 4e-15, and the eigenvalues that are set to zero.
+    // The tolerance covers two errors. The rounding error of two transforms of at most about 1000
+    // points is 2 log2(1000) epsilon = 4e-15. In addition, small eigenvalues are set to zero.
     EXPECT_LT(largest_difference(moments, covariance_matrix(one.grid, one.covariance)), 2e-14)
         << one.covariance.name() << " on " << field::to_string(one.grid.nodes) << ", torus "
         << field::to_string(embedding.torus());
@@ -116,15 +116,16 @@ TEST(CirculantEmbedding, EqualsTheCholeskyFactorUpToARotation)
     const Matrix factor = rve_test::cholesky_factor(covariance_matrix(one.grid, one.covariance));
     CirculantEmbedding embedding(one.grid, one.covariance);
 
-    // With the map A, the Cholesky factor L and A A^T = L L^T, the rows of L^-1 A are orthonormal.
-    // This test gives small and large eigenvalues of the covariance the same weight.
+    // Let A be the map and L the Cholesky factor. Since A A^T = L L^T, the rows of L^-1 A are
+    // orthonormal. This test gives small and large eigenvalues of the covariance the same weight.
     const Matrix rotation = solve_lower(factor, map_of(embedding, one.grid));
 
     const Matrix inverse = solve_lower(factor, rve_test::identity(factor.size()));
     double norm_squared = 0.0;
     for (const auto &row : inverse)
       for (const double x : row) norm_squared += x * x;
-    // L^-1 magnifies the errors of 2e-14 in A A^T (see above) by at most (number of nodes) |L^-1|^2
+    // A A^T has errors of 2e-14 (see the test above). L^-1 magnifies them by a factor of at most
+    // n |L^-1|^2, with n nodes and the Frobenius norm.
     const double tolerance = 2e-14 * static_cast<double>(factor.size()) * norm_squared;
     if (one.covariance.name() == "exponential") {
       EXPECT_LT(tolerance, 1e-9);    // the test is sharp
@@ -209,7 +210,7 @@ TEST(CirculantEmbedding, FieldHasTheSpectrumOfParseval)
     for (std::size_t k = 0; k < field.size(); ++k) {
       energy += field[k] * field[k];
       spectral_energy += std::fmax(eigenvalues[k].real(), 0.0) * std::norm(amplitude[k]) / points;
-      // wave number by wave number
+      // The power at each wave number follows from the noise and the eigenvalue.
       EXPECT_NEAR(std::norm(spectrum[k]),
                   std::fmax(eigenvalues[k].real(), 0.0) * std::norm(amplitude[k]), 1e-9 * points)
           << covariance.name();

@@ -15,8 +15,8 @@ using field::Matern;
 
 namespace {
 
-/// Returns K_nu(s), the integral of exp(-s cosh t) cosh(nu t) from 0 to infinity. The trapezoidal
-/// rule converges exponentially for it.
+/// Returns K_nu(s), the integral of exp(-s cosh t) cosh(nu t) over t from 0 to infinity. For this
+/// integrand, the trapezoidal rule converges exponentially.
 double bessel_k(double nu, double s)
 {
   const double step = 1.0 / 64.0;
@@ -59,7 +59,8 @@ TEST(Covariance, ClosedFormsOfHalfIntegerSmoothnessAreLimitsOfTheBesselFunction)
 {
   for (const double nu : {0.5, 1.5, 2.5})
     for (const double r : {0.05, 0.3, 1.0, 3.0, 10.0})
-      // a change of nu by 1e-9 takes the other branch and changes the value by less than 1e-8
+      // For nu + 1e-9 the code evaluates the Bessel function instead of the closed form. The value
+      // itself changes by less than 1e-8.
       EXPECT_NEAR(Matern(nu)(r), Matern(nu + 1e-9)(r), 1e-8) << "nu " << nu << ", r " << r;
 }
 
@@ -67,7 +68,7 @@ TEST(Covariance, MaternGoesFromExponentialToGaussian)
 {
   for (const double r : {0.1, 1.0, 2.0}) {
     EXPECT_DOUBLE_EQ(Matern(0.5)(r), Exponential{}(r));
-    // the difference decreases as 1/nu: 0.01 at most for nu = 25
+    // The difference decreases as 1/nu. For nu = 25 it is at most 0.01.
     EXPECT_NEAR(Matern(25.0)(r), Gaussian{}(r), 0.01);
     EXPECT_LT(std::fabs(Matern(25.0)(r) - Gaussian{}(r)),
               0.6 * std::fabs(Matern(12.0)(r) - Gaussian{}(r)));
@@ -108,7 +109,8 @@ TEST(Anisotropy, HalfWidthIsTheFarthestPointOfTheEllipse)
                               5.0 * std::cos(t) * ellipse.direction(0)[a] +
                                   0.5 * std::sin(t) * ellipse.direction(1)[a]);
   }
-  // the sampled ellipse misses the farthest point by a share of (0.1 degrees)^2/8 at most
+  // Samples are 0.1 degrees apart. The farthest sample is therefore nearer than the farthest point
+  // by a relative difference of at most (0.1 degrees)^2/8 = 4e-7.
   for (int a = 0; a < 2; ++a) EXPECT_NEAR(ellipse.half_width(a), farthest[a], 5.0 * 4e-7);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Errors of wrong input name the value and the range.
+// Error messages for wrong input contain the wrong value and the allowed range.
 
 #include "field/marginal.h"
 #include "scenes.h"
@@ -43,7 +43,7 @@ TEST(FieldErrors, CorrelationLengthsFitTheGrid)
                  "horizontal correlation length 10.1 is above the extent of the domain, 10 ");
   expect_message(message(5.0, 2.6),
                  "vertical correlation length 2.6 is above the extent of the domain, 2.5 ");
-  // After a rotation by a quarter turn, the first length is vertical on the grid.
+  // The angle of 90 degrees turns the first correlation length to the vertical axis of the grid.
   expect_message(message(3.0, 1.0, 90.0),
                  "horizontal correlation length 3 is above the extent of the domain, 2.5 ");
   EXPECT_EQ(message(2.5, 10.0, 90.0), "");
@@ -103,7 +103,7 @@ TEST(FieldErrors, TorusBeyondTheLimitNamesTheMissingMemory)
 
 TEST(FieldErrors, TorusBeyondTheRangeOfIntegersIsRefusedAtOnce)
 {
-  // A rotated ellipse is 10^17 spacings wide, which exceeds the range of integers.
+  // The rotated ellipse is at least about 10^17 spacings wide, more than the limit of FFTW.
   for (const double spacing : {1e-11, 1e-15, 1e-300}) {
     const Grid grid = Grid::covering({0.0, 0.0}, {4.0 * spacing, 1e6}, {spacing, 1e5});
     expect_message(embedding_error(grid, {Gaussian{}, Anisotropy({5e5, 4e5}, 45.0)}),
@@ -157,7 +157,7 @@ TEST(FieldErrors, MarginalsAreFiniteOrRefused)
                  "bounds of a field must be less than 1.8e308 apart, got [-1e+308, 1e+308]");
   expect_message(input_error([] { field::Bounded(-1e308, 1e308, 0.0, 1.0); }),
                  "bounds of a field must be less than 1.8e308 apart");
-  // The result is finite wherever a field exists.
+  // If the constructor accepts its parameters, all values of the field are finite.
   const double numbers[] = {1e-300, 1e-200, 1e-15, 1e-3, 1.0, 1e3, 1e15, 1e200, 1e300, 1.7e308};
   for (const double first : numbers)
     for (const double second : numbers) {

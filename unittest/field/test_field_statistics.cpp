@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Statistics over many fields. Every estimator is a mean of products of Gaussian numbers. Its
 // variance has a closed form: E[abcd] = E[ab]E[cd] + E[ac]E[bd] + E[ad]E[bc] (Isserlis 1918). The
-// bound of each check is 4.5 standard deviations, which correct code exceeds in one of a hundred
-// thousand checks. Since seeds are fixed, a check that has passed always passes.
+// bound of each check is 4.5 standard deviations. Correct code exceeds this bound in fewer than one
+// of a hundred thousand checks. Since seeds are fixed, a check that has passed always passes.
 
 #include "field/normal_numbers.h"
 #include "oracle/fourier.h"
@@ -86,8 +86,8 @@ double variance_of_mean_product(const Covariance &covariance, Lag lag)
       (pairs * pairs);
 }
 
-/// Returns the variance of mean_product(f, g, lag) of two independent fields. Products that mix
-/// both fields have the mean zero.
+/// Returns the variance of mean_product(f, g, lag) of two independent fields. The expectation of
+/// f(x) g(y) is zero for all x and y.
 double variance_of_cross_product(const Covariance &covariance, Lag lag)
 {
   const std::int64_t nx = grid.nodes[0] - std::abs(lag.i), ny = grid.nodes[1] - std::abs(lag.j);
@@ -162,7 +162,8 @@ TEST(FieldStatistics, RatioOfTheCorrelationLengthsIsTheAnisotropy)
       error[axis] = c.deviation / (c.value * std::fabs(std::log(c.value)));
     }
 
-    // The deviation is of first order; the second order is a few per cent of it.
+    // The standard deviation of the ratio is computed to first order in `error`. Terms of second
+    // order are a few per cent of it, so the bound is 10 % larger.
     const double deviation = 4.0 * std::hypot(error[0], error[1]);
     EXPECT_NEAR(length[0] / length[1], 4.0, 1.1 * BOUND * deviation);
     EXPECT_LT(deviation, 0.2) << "so this means something";
@@ -171,10 +172,10 @@ TEST(FieldStatistics, RatioOfTheCorrelationLengthsIsTheAnisotropy)
 
 TEST(FieldStatistics, PowerAtEachWaveNumberIsTheEigenvalue)
 {
-  // For the transform X_k at the wave number k, N points and the eigenvalue lambda_k, consider
-  // |X_k|^2/(N lambda_k). It is exponentially distributed (mean 1, variance 1) if k differs from
-  // -k, and chi-squared with one degree of freedom (variance 2) otherwise. The test averages over
-  // rings of wave numbers and counts only one of k and -k.
+  // Let X_k be the Fourier transform of the field at the wave number k, lambda_k the eigenvalue and
+  // N the number of points. If k differs from -k, |X_k|^2/(N lambda_k) is exponentially distributed
+  // (mean 1, variance 1). Otherwise it is chi-squared with one degree of freedom (mean 1, variance
+  // 2). The test averages over rings of wave numbers and counts only one of k and -k.
   for (const Covariance &covariance : all_covariances({4.0, 2.0})) {
     const Grid grid = grid_of(17, 13);
     CirculantEmbedding embedding(grid, covariance);
@@ -199,7 +200,7 @@ TEST(FieldStatistics, PowerAtEachWaveNumberIsTheEigenvalue)
           const std::int64_t negative =
               (torus[1] - l) % torus[1] * torus[0] + (torus[0] - k) % torus[0];
           const double eigenvalue = eigenvalues[at].real();
-          // Most eigenvalues of the Gaussian covariance are zero to rounding.
+          // Most eigenvalues of the Gaussian covariance are zero within rounding errors.
           if (negative < at || eigenvalue < 1e-6) continue;
           const double radius = std::hypot(
               static_cast<double>(std::min(k, torus[0] - k)) / static_cast<double>(torus[0]),
@@ -223,8 +224,9 @@ TEST(FieldStatistics, FieldsOfTwoSeedsAreIndependent)
   for (const Case &one : cases()) {
     const auto distant = fields_of(one.covariance, FIELDS / 2, std::uint64_t(1) << 40);
     for (const Lag lag : {Lag{0, 0}, Lag{1, 0}, Lag{0, -1}, Lag{5, 3}}) {
-      // Neighbours are the seeds 1 and 2, 2 and 3, ...; their products are uncorrelated too.
-      // Strangers are 1 and 2^40, 2 and 2^40 + 1, ...
+      // `neighbors` is the mean over the pairs of seeds 1 and 2, 2 and 3, ... Although a field
+      // occurs in two pairs, the products of different pairs are uncorrelated. `strangers` is the
+      // mean over the pairs 1 and 2^40, 2 and 2^40 + 1, ...
       double neighbors = 0.0, strangers = 0.0;
       for (int k = 0; k < FIELDS / 2; ++k) {
         neighbors += mean_product(one.fields[k], one.fields[k + 1], lag) / (FIELDS / 2);
@@ -275,7 +277,7 @@ TEST(NormalNumbers, AreTheDocumentedTransformOfTheStandardsGenerator)
   double z[2];
   field::NormalNumbers(7).fill(z, 2);
 
-  // Another evaluation of the formula differs by a few roundings.
+  // The compiler can evaluate the same formula differently here, so a few rounding errors remain.
   EXPECT_NEAR(z[0], std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * M_PI * v), 1e-14);
   EXPECT_NEAR(z[1], std::sqrt(-2.0 * std::log(u)) * std::sin(2.0 * M_PI * v), 1e-14);
 }

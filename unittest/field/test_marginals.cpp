@@ -24,8 +24,8 @@ double normal_distribution(double z)
   return 0.5 * std::erfc(-z / std::sqrt(2.0));
 }
 
-/// Returns the integral of f(z) exp(-z^2/2)/sqrt(2 pi). The trapezoidal rule is exact to rounding
-/// for it.
+/// Returns the integral of f(z) exp(-z^2/2)/sqrt(2 pi) over all z. For this integrand, the error of
+/// the trapezoidal rule is only a rounding error.
 template <class Function> double expectation(const Function &f)
 {
   const double step = 1.0 / 64.0;
@@ -35,8 +35,8 @@ template <class Function> double expectation(const Function &f)
   return sum * step / std::sqrt(2.0 * M_PI);
 }
 
-/// Returns the largest distance between the empirical distribution function of the numbers and the
-/// given one.
+/// Returns the largest distance between the empirical distribution function of the numbers and
+/// `distribution`.
 template <class Distribution>
 double kolmogorov_distance(std::vector<double> numbers, const Distribution &distribution)
 {
@@ -53,8 +53,8 @@ double kolmogorov_distance(std::vector<double> numbers, const Distribution &dist
 
 constexpr int FIELDS = 4000;
 
-/// Returns Gaussian values of independent fields at a node and between nodes, by both
-/// interpolations.
+/// Returns four samples of Gaussian values, each with one value of every field: at a node with
+/// linear and with nearest interpolation, then at a point between nodes with both interpolations.
 std::vector<std::vector<double>> gaussian_values()
 {
   const field::Grid grid = rve_test::grid_of(9, 7);
@@ -121,7 +121,7 @@ TEST(Marginal, BoundedValuesHaveTheDistributionOfTheTransformedNormalNumber)
     return normal_distribution((M_PI * std::log((y - 0.15) / (0.3 - y)) - 1.0) / 2.0);
   };
   expect_distribution(Bounded(0.15, 0.3, 1.0, 2.0), distribution);
-  // The distribution is symmetric about the middle for the location 0.
+  // If the location is 0, the distribution is symmetric about the middle of the interval.
   for (const double z : {0.1, 1.0, 4.0})
     EXPECT_NEAR(Bounded(2.0, 4.0, 0.0, 1.5)(z) - 3.0, 3.0 - Bounded(2.0, 4.0, 0.0, 1.5)(-z), 1e-15);
 }

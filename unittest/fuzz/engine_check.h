@@ -12,7 +12,8 @@
 
 namespace fuzz {
 
-/// Returns true if products of four of the state's numbers, and sums of such products, stay within
+/// Returns true if all material parameters, cell components and radii are zero or have a magnitude
+/// between 1e-60 and 1e60. Products of four such numbers, and sums of these products, stay within
 /// the range of doubles.
 template <int D> bool is_moderate(const rve::RveStateOf<D> &state)
 {
@@ -31,11 +32,11 @@ template <int D> bool is_moderate(const rve::RveStateOf<D> &state)
   return all;
 }
 
-/// Requires in every format that the engine refuses the state, reports a failed call, or returns
-/// finite numbers. States that are not moderate may give other numbers.
+/// Checks in every format that the engine refuses the state, reports a failed call, or returns
+/// finite numbers. Results of states that are not moderate are allowed to be infinite or NaN.
 template <int D> void check_in_engine(const rve::RveStateOf<D> &state)
 {
-  constexpr int MOST_GRAINS = 5000;    // files may ask for long computations
+  constexpr int MOST_GRAINS = 5000;    // a changed file can have too many grains for a short test
   if (state.num_grains() > MOST_GRAINS) return;
   for (const rve::Format format :
        {rve::Format::Fast, rve::Format::Mixed, rve::Format::Double, rve::Format::Single}) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs a target without libFuzzer: first all inputs of the folders and of the target itself, then
-// changed inputs.
+// Runs a target without libFuzzer. The first inputs are the files of the folders and the seeds of
+// the target. Then follow randomly changed copies of these inputs.
 //
 //   fuzz_x [--seed N] [--count N] [--seconds S] [--keep FILE] [folder or file ...]
 //
-// The current input is in FILE (default: fuzz_x.input in the current folder) and stays there if the
-// program ends by a failure; fuzz_x --count 0 FILE repeats it. An input that takes more than a
-// minute is a failure too.
+// The current input is in FILE (default: fuzz_x.input in the current folder). After a failure, FILE
+// remains, and fuzz_x --count 0 FILE repeats its input. An input that takes more than a minute is
+// also a failure.
 
 #include "fuzz_target.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packing files and libraries: for any text, the readers return a sound packing or throw an
-// InputError that names the file.
+// Packing files and libraries. For any text, the readers either return packings that the engine can
+// use, or throw an InputError that names the file.
 
 #include "engine/test_states.h"
 #include "engine_check.h"
@@ -63,7 +63,7 @@ template <int D> void read_as_packing(const std::string &path)
   fuzz::check_in_engine(state);
 }
 
-/// A file with a known dimension is read in this dimension or refused.
+/// Checks that dimension_of_packing() returns 2 or 3, or throws an InputError that names the file.
 void read_dimension(const std::string &path)
 {
   try {
@@ -90,7 +90,8 @@ template <int D> void read_as_library(const std::string &path)
     fuzz::fail("a library that is written and read is another one");
 }
 
-/// Removes the checksum of a hand-written file. With a checksum the file would refuse every change.
+/// Replaces the checksum of a file by `none`. With a checksum, the reader would refuse every
+/// change.
 std::string without_checksum(const std::string &text)
 {
   std::vector<std::string> lines = fuzz::Mutator::split(text, '\n');

@@ -25,7 +25,8 @@ std::string table_of(const std::string &file)
   return TABLE;
 }
 
-/// Makes steps along a path with results that trigger its events.
+/// Makes up to 40 steps along a path. The results of the steps are made up, with alternating
+/// stresses that trigger the events of the path.
 template <int D> void follow(const macro::LoadPathsOf<D> &paths, int path)
 {
   const macro::PathStep step{1e-3, 10, 1e-2, 1.0};
@@ -37,7 +38,7 @@ template <int D> void follow(const macro::LoadPathsOf<D> &paths, int path)
     try {
       const rve::DriveOf<D> drive = paths.drive(state, step, values.data(), result.deformation);
       rve::check(drive);
-      // A drive with a servo is taken to have no deformation.
+      // Under a servo the deformation of the made-up result is left unchanged.
       result.deformation =
           (drive.has_servo() ? rve::Tensor<double, D>::identity() : drive.deformation) *
           result.deformation;

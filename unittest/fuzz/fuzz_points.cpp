@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Records of points, as in restart files and in the exchange between ranks. A damaged record must
-// be refused, and an accepted record must be one that was written. If the checksums are correct,
-// any content must be refused or usable.
+// be refused. Damaged records are also tested with corrected checksums: such a record must be
+// refused, or give a point whose advance ends normally or with an InputError.
 
 #include "fuzz_target.h"
 #include "macro/rve_points.h"
@@ -29,9 +29,9 @@ RvePoints make_points(bool with_shadows)
   return RvePoints(make_engine(options), with_shadows ? make_engine(precise) : nullptr, macro);
 }
 
-// Byte positions in the head of a record. The head has the version, the checksum of the head
-// (computed with zero in its place), and the sizes of the images of the state and of its shadow in
-// bytes.
+// Byte positions in the head of a record. The head has the version, the checksum of the head, and
+// the sizes in bytes of two images: of the state and of its shadow. While the checksum is computed,
+// its own bytes are zero.
 constexpr std::size_t PLACE_OF_CHECKSUM = 8, PLACE_OF_BYTES = 16, PLACE_OF_SHADOW = 24;
 // positions in an image of a state
 constexpr std::size_t STATE_CHECKSUM = 24, STATE_HEADER = 32;
@@ -48,7 +48,7 @@ std::size_t in_doubles(std::uint64_t bytes)
   return (bytes + 7) / 8 * 8;
 }
 
-/// Returns the bytes of a head, read from a sound record.
+/// Returns the size of the head of an undamaged record in bytes.
 std::size_t head_size(const std::string &record)
 {
   return record.size() - in_doubles(word_at(record, PLACE_OF_BYTES)) -
@@ -79,7 +79,8 @@ std::string bytes_of(const std::vector<double> &record)
   return {reinterpret_cast<const char *>(record.data()), record.size() * sizeof(double)};
 }
 
-/// Processes a record. If `is_sealed` is false, an accepted record must be an unchanged one.
+/// Adds a point from a record and advances it. If `is_sealed` is false, an accepted record must
+/// equal a seed.
 void treat(const std::string &bytes, bool is_sealed)
 {
   std::vector<double> record(bytes.size() / sizeof(double));
@@ -96,7 +97,7 @@ void treat(const std::string &bytes, bool is_sealed)
     if (!is_sealed) {
       const std::vector<std::string> seeds = fuzz::seeds();
       const auto is_this = [&](const std::string &seed) {
-        // The last double of an image may have unused bytes.
+        // Up to 7 bytes of the last double are unused.
         return seed.size() == record.size() * 8 &&
             std::memcmp(seed.data(), bytes.data(), seed.size() - 7) == 0;
       };

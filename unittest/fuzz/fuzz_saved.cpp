@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Bytes of rve_save. Damaged bytes must be refused and change nothing. Bytes with correct checksums
-// are restored or refused.
+// Bytes of rve_save. Damaged bytes must be refused and change nothing. Damaged bytes with corrected
+// checksums must be restored or refused.
 
 #include "capi/librve.h"
 #include "engine/test_states.h"
@@ -20,8 +20,8 @@ namespace {
 using Packing = std::unique_ptr<rve_packing, void (*)(rve_packing *)>;
 using Batch = std::unique_ptr<rve_batch, void (*)(rve_batch *)>;
 
-// Byte positions in saved RVEs. The header has magic, dimension, number, size and checksum. For
-// each RVE, the size of its record and the record follow.
+// Byte positions in saved RVEs. The header has magic, dimension, number of RVEs, size and checksum.
+// After the header, each RVE has the size of its record and then the record.
 constexpr std::size_t PLACE_OF_SIZE = 24, PLACE_OF_CHECKSUM = 32, HEADER = 40;
 // Byte positions in a record: magic, version and number of grains, size, checksum.
 constexpr std::size_t RECORD_SIZE = 16, RECORD_CHECKSUM = 24, RECORD_HEADER = 32;
@@ -38,8 +38,8 @@ void put_word(std::string &bytes, std::size_t place, std::uint64_t word)
   std::memcpy(&bytes[place], &word, sizeof(word));
 }
 
-/// Returns the bytes with correct checksums of records and header. The version of the header
-/// determines which bytes its checksum covers.
+/// Returns the bytes with correct sizes and checksums of records and header. In version 1, the
+/// checksum of the header covers only the records; later it covers the header as well.
 std::string sealed(std::string bytes)
 {
   if (bytes.size() < HEADER) return bytes;
@@ -96,7 +96,7 @@ Batch batch_of(const rve_packing *packing, std::size_t count)
   return {batch, rve_batch_free};
 }
 
-/// A batch and the bytes that rve_save gave after its creation.
+/// A batch and its bytes from rve_save in its initial state.
 struct Kept {
   Packing packing;
   Batch batch;

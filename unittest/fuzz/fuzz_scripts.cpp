@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// LAMMPS scripts with changed keywords. Each script runs in its own process and must end normally
-// or with an ERROR of LAMMPS. A signal, another exception, a report of a sanitizer, or a run
-// without end is a failure.
+// LAMMPS scripts with changed words. Each script runs in its own process and must end normally or
+// with an ERROR of LAMMPS; running out of memory is also accepted. A signal, another exception, a
+// report of a sanitizer, or a run beyond the time limit is a failure.
 //
 //   fuzz_scripts [--seed N] [--count N] [--seconds S] [--jobs N] [--limit S] [--keep FOLDER]
 //                folder or file ...
 //
-// Only lines with styles of this package are changed, except `run`. Scripts that fail are kept with
-// their output in FOLDER (default: fuzz_scripts.failed); fuzz_scripts --count 0 FILE runs one
-// without changes. --limit is the wall time of one script [s].
+// Only lines with commands or styles of this package are changed. Scripts that fail are kept with
+// their output in FOLDER (default: fuzz_scripts.failed). fuzz_scripts --count 0 FILE runs such a
+// script without changes. --limit is the time limit of one script [s of wall time].
 
 #include "exceptions.h"
 #include "input.h"
@@ -246,7 +246,7 @@ class Team {
   const Arguments &arguments_;
   fs::path root_;
   std::vector<int> free_;
-  std::map<pid_t, int> running_;    // processes and the index of each
+  std::map<pid_t, int> running_;    // processes and the number of the folder of each
   int in_order_ = 0, errors_ = 0, memory_ = 0, failures_ = 0;
 
   void wait_for_one()
@@ -262,8 +262,8 @@ class Team {
     if (!failure.empty()) {
       keep(failure, folder);
     } else {
-      // A script of the corpus must run without an error. Otherwise its changed forms would stop at
-      // the same error and test nothing.
+      // With --count 0, the output of a script that ends with an error is printed. A script of the
+      // corpus should have no error, because changed copies would stop at the same error.
       if (arguments_.count == 0 && WEXITSTATUS(status) == LAMMPS_ERROR)
         std::printf("%s\n%s", content_of(folder / "in.script").c_str(),
                     content_of(folder / "printed").c_str());

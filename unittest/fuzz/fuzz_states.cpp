@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Byte images of states. Damaged images must be refused. An image with a correct checksum must give
-// a sound state or an InputError.
+// Byte images of states. Damaged images must be refused. A damaged image with a corrected checksum
+// must be refused or give a state that the engine can use.
 
 #include "engine/test_states.h"
 #include "engine_check.h"
@@ -48,7 +48,8 @@ std::vector<std::string> fuzz::seeds()
 {
   std::vector<RveState> states = {rve_test::two_disks(1e-4), rve_test::crowded_state(5, 1)};
   states.push_back(rve_test::triangular_packing(rve_test::paper_material(), 4, 4, 0.0037, 1));
-  // The state has a list, histories and an order, as in the middle of a run.
+  // The last state comes from the middle of a run. It has a Verlet list, contact histories and an
+  // order of its grains.
   Options options;
   options.format = Format::Double;
   options.device = Device::Cpu;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Interface of a fuzzing target: the entry point of libFuzzer, with which the target can also be
-// linked, and the functions that fuzz_main.cpp calls.
+// Interface of a fuzzing target. LLVMFuzzerTestOneInput() is the entry point that libFuzzer also
+// calls. fuzz_main.cpp needs the other functions, seeds() and changed(), and defines fail().
 
 #pragma once
 

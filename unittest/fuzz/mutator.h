@@ -18,8 +18,8 @@
 namespace fuzz {
 
 /// Returns numbers that are difficult for programs: zeros, ones, limits of integers and doubles,
-/// and words that are not numbers. It omits large numbers of steps or grains below the limits of
-/// int, since they would only take time.
+/// and words that are not numbers. Large integers that fit in an int are omitted: as numbers of
+/// steps or grains they would only take time.
 inline const std::vector<std::string> &awkward_words()
 {
   static const std::vector<std::string> words = {"0",
@@ -77,7 +77,8 @@ class Mutator {
   bool once_in(int times) { return random.integer(1, times) == 1; }
   std::string awkward_word() { return one_of(awkward_words()); }
 
-  /// Changes bytes: flips bits, replaces words, and removes, repeats and moves pieces.
+  /// Changes bytes: flips bits, replaces bytes and 8-byte words, removes and repeats pieces, and
+  /// truncates.
   std::string bytes(std::string data)
   {
     for (int k = few(); k > 0; --k) {
@@ -133,7 +134,8 @@ class Mutator {
     return joined(list, "\n") + (once_in(20) ? "" : "\n");
   }
 
-  /// Changes the words of one line; some new ones come from `more`.
+  /// Makes one change to a line: replaces, inserts, removes or exchanges words. A new word is an
+  /// awkward word, a word of the line, or a word of `more`.
   std::string words(const std::string &line, const std::vector<std::string> &more = {})
   {
     std::vector<std::string> list = split(line, ' ');

@@ -18,7 +18,7 @@ namespace grains_script {
 
 inline const std::string PACKING = EXAMPLE_PACKINGS "/A_h0075.rve";
 
-/// A script with a fix rve of the ID grains.
+/// A script with a fix rve whose ID is grains.
 class GrainsScript : public Script {
  public:
   double fix_value(int n) { return Script::fix_value("grains", n); }
@@ -59,7 +59,8 @@ variable rate atom -0.05*id
 inline const std::string FIX = "fix grains all rve " + PACKING + " threads 1 ";
 inline const std::string SHEAR = FIX + "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
 
-/// Returns a packing of 16 disks at 20 kPa, which the first rank makes for all.
+/// Returns the file of a packing of 16 disks at 20 kPa. The first rank makes the file for all
+/// ranks.
 inline std::string few_grains()
 {
   static const std::string file = [] {
@@ -76,8 +77,9 @@ inline std::string few_grains()
   return file;
 }
 
-/// Runs the lines and returns their log. All ranks must call it. One rank writes the log. Barriers
-/// keep the other ranks from reading it before it is closed and after the next log has begun.
+/// Runs the lines and returns their log. All ranks must call it. One rank writes the log. The first
+/// barrier lets the other ranks read it only after it is closed. The second barrier delays the next
+/// log until all ranks have read this one.
 inline std::string log_of(const std::string &lines)
 {
   const std::string path = rve_test::temporary_path("log");
@@ -89,7 +91,7 @@ inline std::string log_of(const std::string &lines)
   return text;
 }
 
-/// Returns the value after a word in a packing file; empty if the word is missing.
+/// Returns the word that follows `word` in a packing file, or an empty string if `word` is missing.
 inline std::string value_in(const std::string &packing, const std::string &word)
 {
   std::istringstream words(packing);

@@ -53,8 +53,8 @@ class Script {
 
   using Rows = std::map<LAMMPS_NS::tagint, std::vector<double>>;
 
-  /// Returns one row for each atom of all ranks, by atom ID, on every rank. append(i, list) must
-  /// append the `width` values of local atom i to the list.
+  /// Gathers one row per atom from all ranks. Every rank gets all rows, by atom ID. append(i, list)
+  /// must append the `width` values of local atom i to the list.
   template <class Append> Rows rows_by_id(int width, const Append &append)
   {
     const LAMMPS_NS::Atom *atom = lmp->atom;
@@ -77,7 +77,7 @@ class Script {
     return rows;
   }
 
-  /// Returns the custom property d_name of all atoms, by atom ID, on every rank.
+  /// Returns the custom property d_name of the atoms of all ranks, by atom ID, on every rank.
   Values property(const char *name)
   {
     int is_double, columns;
@@ -113,7 +113,7 @@ class Script {
 };
 
 /// Returns the error message of the lines, or an empty string if they run. Each rank runs its own
-/// LAMMPS. In a common one the other ranks would wait for a rank that failed.
+/// LAMMPS. If all ranks ran one LAMMPS, an error on one rank would leave the other ranks waiting.
 inline std::string message_of(const std::string &lines)
 {
   Script script(MPI_COMM_SELF);

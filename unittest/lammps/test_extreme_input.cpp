@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Input of fix rve with numbers far from those of grains. The result must be correct, or a message
-// must name the number. The tests use LAMMPS scripts, on one and on several ranks.
+// Input of fix rve with numbers that are far from those of real grains. Either the result must be
+// correct, or a message must name the number. The tests run LAMMPS scripts on one and on several
+// ranks.
 
 #include "rve/engine/packing_io.h"
 #include "script.h"
@@ -100,8 +101,8 @@ TEST(ExtremeInput, GainsOfTheServoHaveARange)
             message_of(fix(PACKING, servo + "1 servo_max_rate 1e300") + "run 1"));
 }
 
-// The packing file names a largest contact force of up to 1e20 that no contact has. A force scale
-// taken from this number would leave no digits for the actual forces.
+// The packing file states a largest contact force of up to 1e20, but no contact has such a force.
+// With a force scale for 1e20, the actual forces would keep no digits.
 TEST(ExtremeInput, WrongLargestForceInAFileDoesNotSetTheScale)
 {
   rve::RveState state = rve::read_packing(PACKING);
@@ -116,7 +117,7 @@ TEST(ExtremeInput, WrongLargestForceInAFileDoesNotSetTheScale)
   }
 }
 
-// A packing that a run has written continues with the force scale of that run.
+// A packing file that was written during a run continues with the force scale of that run.
 TEST(ExtremeInput, LargestForceOfARunSetsTheScaleOfTheNext)
 {
   const std::string path = file_of_rank("continued.rve");

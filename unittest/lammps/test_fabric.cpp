@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fabric of contacts, branch vectors and forces against LAMMPS' compute fabric. LAMMPS runs spheres
-// of pair_style granular in a box with all tilts; the test converts them to the state of an RVE.
+// Fabric of contacts, branch vectors and forces, compared with LAMMPS' compute fabric. LAMMPS runs
+// spheres with pair_style granular in a box with all tilts. The test converts their positions and
+// contacts to the state of an RVE.
 
 #include "rve/core/pi.h"
 #include "rve/engine/contact_measures.h"
@@ -98,8 +99,8 @@ TEST(Fabric, AgreesWithLammpsComputeFabric)
     for (int k = 0; k < 6; ++k) {
       const double theirs = fabric->vector[6 * t + k];
       largest = std::fmax(largest, std::fabs(theirs));
-      // The RVE rounds fractional coordinates to 2^-64. Overlaps are about 1e-4 of a diameter, so
-      // forces have about four digits less than coordinates.
+      // The RVE rounds fractional coordinates to 2^-64. An overlap is about 1e-4 of a diameter, so
+      // a force has about four digits less than a coordinate.
       EXPECT_NEAR((*tensors[t])(a[k], b[k]), theirs, 1e-9) << "tensor " << t << " component " << k;
     }
     EXPECT_GT(largest, t == 1 ? 1e-4 : 1e-2);    // the tensors are not negligible

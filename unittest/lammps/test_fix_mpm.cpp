@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // fix mpm through LAMMPS scripts: physics in closed form, bitwise equal results on any number of
 // ranks and after a restart, and messages for wrong input. Under mpirun every rank also runs the
-// scene alone and compares.
+// scene alone, and both results are compared.
 
 #include "atom.h"
 #include "comm.h"
@@ -31,8 +31,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// The global vector has four values, the entries of the bodies, TIMES wall times, which differ from
-// run to run, and DAMPING components (x and y) of the damping force.
+// The global vector has four values, then the entries of the bodies, then TIMES wall times and
+// DAMPING components (x and y) of the damping force. Wall times differ from run to run.
 constexpr int TIMES = 3;
 constexpr int DAMPING = 2;
 
@@ -55,7 +55,8 @@ class SoilScript : public Script {
     });
   }
 
-  /// Returns the atom IDs of this rank's points; a change between two calls shows migration.
+  /// Returns the atom IDs of this rank's points. If they change between two calls, points have
+  /// migrated.
   std::set<tagint> mine() const { return {lmp->atom->tag, lmp->atom->tag + lmp->atom->nlocal}; }
 
   bool has_ranks() const { return lmp->comm->nprocs > 1; }
@@ -69,8 +70,8 @@ class SoilScript : public Script {
   }
 };
 
-/// Returns a column of `nx` by `ny` points, one per cell of edge 1, in a box with empty space
-/// above.
+/// Returns ground of `nx` by `ny` cells of edge 1, with one point in each cell. Above the ground
+/// the box has empty space of height `room`.
 std::string points_in_box(int nx, int ny, double room = 2)
 {
   const std::string width = std::to_string(nx), height = std::to_string(ny);
@@ -131,7 +132,8 @@ TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
                 "boundary xlo roller boundary xhi roller boundary ylo fixed traction " +
                 loaded + " 0 -20000\nrun 0\n";
 
-        // max |f_node| < 1e-6 q_s h
+        // The largest unbalanced nodal force must be below 1e-6 q_s h, with the surcharge q_s and
+        // the cell edge h.
         EXPECT_LT(script.fix()->compute_vector(0), 1e-6 * 20000 * 1.0)
             << shape << ", traction " << loaded << ", " << edge << " points per cell edge";
         EXPECT_NEAR(script.fix()->compute_vector(3), 2000 * 48.0, 1e-6);
@@ -224,10 +226,10 @@ TEST(FixMpm, FlipBelowOneFiltersAModeAsInClosedForm)
 {
   // The stress is negligible. Each cell of edge h has one point, in its middle. A step replaces the
   // velocity v of a point by
-  //   flip v + (1 - flip) (v_left + 2 v + v_right)/4,
-  // which multiplies the mode cos(k x) by
+  //   flip v + (1 - flip) (v_left + 2 v + v_right)/4.
+  // This multiplies the mode cos(k x) by
   //   flip + (1 - flip) cos^2(k h/2).
-  // A row of length L has free ends for k = pi/L.
+  // For a row of length L with free ends, k = pi/L.
   for (const double flip : {1.0, 0.9, 0.0}) {
     SoilScript script;
 
@@ -263,7 +265,7 @@ TEST(FixMpm, UsesMassesPerType)
 
 TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
 {
-  // returns the masses of four rows of four points, two of each model
+  // Returns two sets: the densities of the points of model low and of model high.
   const auto masses = [](const std::string &models) {
     SoilScript script;
     script << points_in_box(4, 4) +
@@ -291,8 +293,9 @@ TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
 
 TEST(FixMpm, BodyHasItsOwnDensity)
 {
-  // The mass of the block is its volume times a density, by default the density of the ground. With
-  // `density rve` it is the mass of its four atoms.
+  // Without `density`, the mass of the block is its volume times the density of the ground. With a
+  // number it is the volume times this density. With `density rve` it is the mass of the four
+  // atoms.
   const auto mass = [](const std::string &words) {
     SoilScript script;
     script << points_in_box(4, 2, 6) +
@@ -329,7 +332,8 @@ TEST(FixMpm, TractionOnARegionIsTractionOnItsPoints)
 
 TEST(FixMpm, SeparationLetsABodyPushButNotPull)
 {
-  // returns the reaction in y on the plate of the footing after ten steps on ground without stress
+  // Returns the vertical reaction on a plate on stress-free ground after ten steps. Sets `moved` to
+  // true if the ground moves.
   const auto reaction = [](const std::string &velocity, const std::string &separation,
                            bool &moved) {
     SoilScript script;
@@ -383,8 +387,8 @@ double plate_force_on_ranks_and_alone(const std::string &scene, int steps)
   return alone.fix()->compute_vector(5);
 }
 
-/// Returns the footing of elastic_footing() on other ground: Mohr-Coulomb material in the upper
-/// half, elastic material below. The ground yields under the footing.
+/// Returns the scene of elastic_footing() with another ground: Mohr-Coulomb material in the upper
+/// half and elastic material below. The ground yields under the footing.
 std::string mohr_coulomb_footing()
 {
   std::string scene = elastic_footing();
@@ -415,7 +419,8 @@ TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
       EXPECT_EQ(row[YIELDED], 0.0) << "elastic points do not yield";
       continue;
     }
-    // 3 σ_1 - σ_3 <= 2 c sqrt(3) for an angle of 30 degrees, σ_zz included
+    // The yield condition for an angle of 30 degrees is 3 σ_1 - σ_3 <= 2 c sqrt(3). The
+    // out-of-plane stress σ_zz can also be a principal stress σ_1 or σ_3.
     const double high = std::max(mean + radius, row[SZZ]), low = std::min(mean - radius, row[SZZ]);
     EXPECT_LT(3.0 * high - low, 2000.0 * std::sqrt(3.0) + 1e-6 * 20000) << "atom " << point.first;
     if (row[YIELDED] > 0.0) ++yielded;
@@ -424,9 +429,9 @@ TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
 }
 
 /// Returns a specimen of cohesive sand, 4 wide and 8 high, between a moving upper plate and a lower
-/// plate at rest. The specimen yields from the middle of the run on. f_mean[1..3] are vertical
-/// forces, averaged over the second half of the run: on the upper plate, on the lower plate, and of
-/// the damping.
+/// plate at rest. In the second half of the run the specimen yields. f_mean[1..3] are vertical
+/// forces, averaged over the second half of the run: the force on the upper plate, the force on the
+/// lower plate, and the damping force.
 std::string specimen_between_platens(double damping)
 {
   std::string scene = points_in_box(8, 12, 0);
@@ -452,7 +457,8 @@ TEST(FixMpmMohrCoulomb, PlatensDifferByTheForceOfDampingAndAgreeWithoutIt)
     const double damped = script.fix_value("mean", 3);
 
     EXPECT_GT(upper, 1e5);
-    // upper + lower - damped is the rate of change of momentum: at most 64 t times 0.02 m/s in 4 s.
+    // upper + lower - damped is the rate of change of momentum. It is at most that of 64 t which
+    // change their velocity by 0.02 m/s in 4 s.
     EXPECT_NEAR(upper + lower, damped, 64000 * 0.02 / 4.0) << "damping " << damping;
     if (damping == 0.0)
       EXPECT_EQ(damped, 0.0);
@@ -510,8 +516,7 @@ void make_packing()
             "friction 0.5 density 2650 damping 0.3 thickness 0.075\n";
 }
 
-/// Returns ground of 8 by 3 on which fix deposit drops four points, one every 20 steps from step 1
-/// on.
+/// Returns ground of 8 by 3 on which fix deposit drops four points, one every 20 steps from step 1.
 std::string ground_under_drops(const std::string &models)
 {
   return points_in_box(8, 3, 9) +
@@ -538,7 +543,8 @@ TEST(FixMpm, PointsThatAFixCreatesInARunFallFreely)
     EXPECT_NEAR(row[4 + 10], 2000.0, 2.0) << "density";
   }
   EXPECT_NEAR(script.fix()->compute_vector(3), 26 * 2000.0, 1e-6);
-  // The run continues with points that have landed, and after a restart.
+  // Both scripts continue with points that have landed: the first in the same session, the second
+  // after a restart.
   script << "run 600\nwrite_restart test_fix_mpm_drops.restart\nrun 100\n";
   SoilScript second;
   second << "read_restart test_fix_mpm_drops.restart\npair_style none\ncomm_modify cutoff 1.0\n"
@@ -592,7 +598,7 @@ TEST(FixMpmErrors, NamePointsThatCannotBeCreatedInARun)
 }
 
 /// Returns a specimen without lateral stress, 4 wide and 8 high, under a smooth plate that moves
-/// down; all of it yields after 300 steps.
+/// down. After 300 steps the whole specimen yields.
 std::string specimen_under_a_plate(const std::string &law)
 {
   std::string scene = points_in_box(8, 8);
@@ -607,7 +613,8 @@ std::string specimen_under_a_plate(const std::string &law)
 }
 
 /// Returns the largest and the smallest yield function of the ground, divided by the uniaxial
-/// strength, with cohesion and friction divided by `factor`.
+/// strength [-]. The yield function and the strength use cohesion and tan(friction angle) divided
+/// by `factor`.
 std::pair<double, double> yield_of_ground(SoilScript &script, const std::string &law,
                                           double cohesion, double degrees, double factor)
 {
@@ -709,8 +716,8 @@ TEST(FixMpmModify, ARestartContinuesBitForBitWithTheReducedStrength)
       << same.second;
   EXPECT_EQ(same.second.find("with changes"), std::string::npos) << same.second;
 
-  // If the fix command defines the model with other parameters, the changes in the restart file are
-  // not applied.
+  // If the fix command gives the model other parameters than before, the changes in the restart
+  // file are not applied.
   std::string other = fix;
   other.replace(other.find("1e4"), 3, "2e4");
   const auto defined = continued(other);
@@ -859,7 +866,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   const std::size_t head = place_of_head(text, 3.0);
   double length;
   std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
-  // record of an atom: number of values, step
+  // The record of an atom begins with its number of values, 28, and the step.
   const auto record = text.find(bytes_of(28.0) + bytes_of(3.0));
   ASSERT_NE(record, std::string::npos);
 
@@ -907,7 +914,7 @@ TEST(FixMpm, ContinuedRunListsChangedSettings)
   other.replace(other.find("damping 0.05"), 12, "flip 0.99");
   other.replace(other.find("elastic 1.0e6 0.3 density 2000"), 30, "elastic 2.0e6 0.3 density 2100");
   const auto changed = said(other);
-  // A body is inserted before the plate, which keeps its displacement.
+  // In the continued run, another body precedes the plate. The plate must keep its displacement.
   const auto two = said(fix.substr(0, fix.find("rigid")) + "rigid lid vx 0 vy 0 rough " +
                             fix.substr(fix.find("rigid")),
                         "group lid id 1\n");
@@ -932,8 +939,8 @@ TEST(FixMpm, ContinuedRunListsChangedSettings)
 
 TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
 {
-  // If a restart has several files, the file with the header is written first. A run that is killed
-  // afterwards leaves the atoms of the previous restart in the other files.
+  // If a restart has several files, LAMMPS writes the file with the header first. If the run is
+  // killed then, the other files still have the atoms of the previous restart.
   const std::string command = elastic_footing();
   const std::string path = "test_fix_mpm_steps." + std::to_string(SoilScript().lmp->comm->me) + ".";
   SoilScript(MPI_COMM_SELF) << command + "run 5\nwrite_restart " + path +
@@ -969,8 +976,8 @@ TEST(FixMpm, RecordsFollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
   const Script::Rows points = rest.points();
 
   ASSERT_EQ(points.size(), expected.size());
-  // The first eight values are x, y, vx, vy, the displacement in x, in y and its magnitude, and
-  // stress xx.
+  // The first eight values are x, y, vx and vy, three values of the displacement (x, y and
+  // magnitude), and stress xx.
   for (const auto &[id, row] : points)
     for (int k = 0; k < 8; ++k) EXPECT_EQ(row[k], expected[id][k]) << "atom " << id << ", " << k;
   EXPECT_NE(message_of(read + "delete_atoms group pit\n" + fix).find("their IDs were changed"),
@@ -979,8 +986,8 @@ TEST(FixMpm, RecordsFollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
   if (!rest.lmp->comm->me) std::remove(path.c_str());
 }
 
-/// Returns a heavy ball with friction that falls on elastic ground next to an inclined wall, which
-/// rotates about its foot.
+/// Returns a heavy ball with friction that falls on elastic ground next to an inclined wall. The
+/// wall rotates about its foot.
 std::string ball_and_wall()
 {
   return points_in_box(10, 5, 5) +
@@ -995,11 +1002,12 @@ std::string ball_and_wall()
       "rigid wall vx 0 vy 0 rough form box separation yes spin v_tip pivot 1 3 turned 10\n";
 }
 
-// Index of the first of the ball's five values in the global vector. The values are vx, vy, spin,
-// angle and torque. They follow the damping force.
+// Index of the first of the five values of the ball in the global vector: vx, vy, spin, angle and
+// torque. These values follow the damping force.
 constexpr int BALL = 4 + 2 * 4 + TIMES + DAMPING;
 
-/// Returns a wedge with the points of the ball instead of the ball.
+/// Returns the scene of ball_and_wall() with a body of convex form, a wedge, that has the points of
+/// the ball.
 std::string wedge_and_wall()
 {
   std::string scene = ball_and_wall();
@@ -1103,8 +1111,8 @@ TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
   const double weight = 6 * 2000 * 9.81;
   EXPECT_NEAR(script.fix()->compute_vector(5), weight, 1e-3 * weight);
   EXPECT_NEAR(script.fix()->compute_vector(4), 0.0, 1e-6 * weight) << "symmetric";
-  // The footing settles less than on a column of its own width, since the ground next to it bears
-  // load too.
+  // The footing settles less than on a column of its own width, since the ground next to the
+  // footing also bears load.
   const double settlement = -script.fix()->compute_vector(7);
   const double column = weight / 3.0 * 4.0 / 1.0e6;
   EXPECT_LT(settlement, column);
@@ -1112,8 +1120,8 @@ TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
 }
 
 /// Returns a plate that is pressed into 16 points with RVEs of 60 grains. The row of points below
-/// the plate starts at y = 3.5, just above the border of two ranks at y = 3.49, and moves to the
-/// lower rank within a few steps.
+/// the plate starts at y = 3.5, just above the border y = 3.49 between two ranks. Within a few
+/// steps, these points migrate to the lower rank.
 std::string footing_on_grains()
 {
   return points_in_box(4, 4, 2.98) +
@@ -1171,11 +1179,11 @@ TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
           "boundary ylo fixed "
           "traction surface 0 -20000\nrun 0\n";
 
-  // A small packing keeps some shear stress, which no boundary balances. It causes the whole
-  // unbalanced force.
+  // A small packing keeps some shear stress, which no boundary balances. This shear stress causes
+  // the whole unbalanced force.
   double shear = 0.0;
   for (const auto &point : script.points()) {
-    EXPECT_NEAR(point.second[4 + 6], 20000, 20);    // p, by the packing's tolerance
+    EXPECT_NEAR(point.second[4 + 6], 20000, 20);    // mean stress p; tolerance of the packing
     shear = std::max(shear, std::fabs(point.second[4 + 5]));
   }
   EXPECT_LT(shear, 0.2 * 20000);
@@ -1191,8 +1199,8 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsOnRequest)
   make_packing();
   const auto modulus_of = [](const std::string &words, double &largest_stiffness) {
     SoilScript script;
-    // Contacts are softer in the tangential direction (kt) than in the normal one; the bound uses
-    // k_n for both.
+    // Contacts are softer in the tangential direction (kt) than in the normal one. The bound of the
+    // wave speed assumes the normal stiffness in both directions.
     script << points_in_box(4, 4) +
             "timestep 0.005\nfix grains all rve test_fix_mpm.rve kt 1e5 drive mpm dt 1e-4 substeps "
             "match device cpu threads 1\n"
@@ -1218,14 +1226,14 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsOnRequest)
     EXPECT_GT(measured, 0.99 * stiffness);
     EXPECT_LT(measured, 1.2 * stiffness);
   }
-  // The fix measures the N RVEs with the fastest bounds. Equal RVEs are selected by ID. A number
-  // above that of the RVEs selects all of them.
+  // `wave_speed tangent N` measures the N RVEs with the highest bounds; among equal bounds, the IDs
+  // decide. If N exceeds the number of RVEs, all of them are measured.
   EXPECT_EQ(modulus_of("wave_speed tangent 100", stiffness), measured);
   EXPECT_EQ(modulus_of("wave_speed bound", stiffness), bound);
 }
 
-// The surcharge is twice the pressure at which the packings were prepared. They gain contacts under
-// it, which changes the wave speeds.
+// The surcharge is twice the pressure at which the packings were prepared. Under this load the
+// packings gain contacts, which changes the wave speeds.
 TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 {
   make_packing();
@@ -1247,7 +1255,8 @@ TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 
   const double at_the_start = courant_after("tangent 4", "run 40", once);
   const double in_the_run = courant_after("tangent 4 every 20", "run 40", followed);
-  // `run 0` measures the grains after 39 steps, as the update in step 40 does
+  // The update in step 40 measures the grains after 39 steps. `run 0` after `run 39` measures the
+  // same state.
   const double at_a_start = courant_after("tangent 4", "run 39\nrun 0", stopped);
 
   EXPECT_EQ(in_the_run, at_a_start);
@@ -1257,8 +1266,8 @@ TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 
 TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
 {
-  // The two upper rows have RVEs and the two lower ones a Mohr-Coulomb material; both bear the
-  // surcharge.
+  // The two upper rows of points have RVEs, the two lower rows a Mohr-Coulomb material. Both
+  // materials bear the surcharge.
   make_packing();
   SoilScript script;
 
@@ -1290,7 +1299,7 @@ TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
 TEST(FixMpmWithGrains, RanksGiveTheSameBits)
 {
   make_packing();
-  // The plate bears more than the surcharge.
+  // The plate exerts a larger force than the surcharge would on the width of the plate, 2.
   EXPECT_GT(plate_force_on_ranks_and_alone(footing_on_grains(), 80), 2.0 * 20000);
 }
 
@@ -1314,8 +1323,8 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
 
 TEST(FixMpm, DeviceGivesTheSameBits)
 {
-  // Atoms migrate and are sorted during the run, another fix exerts forces, and results are read
-  // from the device at times.
+  // During the run atoms migrate and are sorted, another fix exerts forces, and thermo output reads
+  // results from the device.
   const auto scene = [](const std::string &device) {
     const std::string scene = elastic_footing();
     return "processors 1 * 1\n" + scene.substr(0, scene.size() - 1) + " device " + device +
@@ -1351,13 +1360,13 @@ TEST(FixMpm, ColumnsBelongToTheStepForEveryReader)
     double sum = 0.0;
     for (const auto &point : step_by_step.points()) sum += point.second[4 + 2];
     EXPECT_GT(sum, 0.0);
-    // the first value is that of step 0
+    // The first value of fix vector belongs to step 0.
     EXPECT_NEAR(script.fix_value("history", 1 + step / 2), sum, 1e-12 * sum);
   }
 }
 
-/// Returns the points of a scene after 40 steps that are run in three ways: in one run, in several
-/// runs of which the last one has no setup, and with `run every`. Output occurs every `interval`
+/// Returns the points of a scene after 40 steps. The steps are run in three ways: in one run, in
+/// three runs of which the last has no setup, and with `run every`. Output occurs every `interval`
 /// steps.
 std::vector<Script::Rows> ends_with_output(const std::string &scene, int interval)
 {
@@ -1408,8 +1417,8 @@ TEST(FixMpm, VariablesDoNotDependOnTheOutput)
 
 TEST(FixMpmWithGrains, DriveVariablesDoNotDependOnTheOutput)
 {
-  // The RVE of point 41 does not act on the continuum. It is sheared at a rate equal to the
-  // component xy of the deformation gradient of this point.
+  // The RVE of point 41 does not act on the continuum. Its shear rate is the component xy of the
+  // deformation gradient of point 41.
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
   const std::string scene = footing_with(
@@ -1429,7 +1438,8 @@ TEST(FixMpmWithGrains, DriveVariablesDoNotDependOnTheOutput)
 
 TEST(FixMpm, FillsColumnsOnlyForFormulasThatMayReadThem)
 {
-  // returns state_may_be_read() in a step without output after a run
+  // Runs the footing with this velocity of the plate. Then returns state_may_be_read() of a step
+  // without output: true if something can read the columns of the fix in this step.
   const auto looks = [](const std::string &velocity, const std::string &before = "") {
     const std::string scene = elastic_footing();
     SoilScript script;
@@ -1473,7 +1483,7 @@ TEST(FixMpmWithGrains, VectorHasTheTimeOfTheRves)
   for (int n = 9; n <= 11; ++n) EXPECT_GT(script.fix_value("soil", n), 0.0);
 }
 
-/// Returns the log of two steps of a scene, with *progress* in its last fix.
+/// Returns the log of two steps of a scene whose last fix gets the keyword *progress*.
 std::string log_with_progress(const std::string &scene)
 {
   const std::string path = rve_test::temporary_path("log");
@@ -1770,9 +1780,9 @@ TEST(FixMpmErrors, AreReported)
   std::remove(dump.c_str());
 }
 
-/// Returns the log of 20 steps in which a plate moves down by `motion` per step, in a box whose
-/// lower side is at `ylo`. Sets `moved` to the displacement of the plate's points divided by that
-/// of the body.
+/// Returns the log of 20 steps in which a plate moves down by `motion` per step. The lower side of
+/// the box is at `ylo`. Sets `moved` to the ratio of two displacements: that of the points of the
+/// plate to the prescribed one.
 std::string log_of_plate(double ylo, double motion, double &moved)
 {
   char box[400];
@@ -1800,8 +1810,8 @@ std::string log_of_plate(double ylo, double motion, double &moved)
   return log;
 }
 
-// The coordinates are about 5600 km, as on maps. LAMMPS stores positions as doubles, which are
-// multiples of 2^-30 m at this distance.
+// The coordinates are about 5600 km, as on maps. LAMMPS stores positions as doubles. At 5600 km,
+// doubles are multiples of 2^-30 m.
 TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
 {
   const double quantum = std::ldexp(1.0, -30), far = 5621000;
@@ -1818,8 +1828,8 @@ TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
   EXPECT_EQ(moved, 0.0);
   EXPECT_NE(log.find("rounding changes it by up to 100 %"), std::string::npos) << log;
 
-  // The warning appears if rounding by half a quantum is more than one per cent of the motion in a
-  // step. This is the case for motions below 50 quanta.
+  // The warning appears if half a quantum, the largest rounding error, exceeds one per cent of the
+  // motion in a step. This is the case for motions below 50 quanta.
   log = log_of_plate(far, 49.4 * quantum, moved);
   EXPECT_NE(log.find("multiples of 9.31e-10"), std::string::npos) << log;
   log = log_of_plate(far, 50.5 * quantum, moved);
@@ -1869,8 +1879,9 @@ TEST(FixMpmWarnings, NameProbableMistakes)
       {scene + "group block id 16\n" + fix + " rigid block vx 0 vy 0 rough form box" + run, ""},
       {scene + "group block id 1 11\n" + fix + " rigid block vx 0 vy 0 rough form box" + run,
        "fix mpm soil: 7 points that do not belong to the rigid body block are inside its form"},
-      // c_p = sqrt(1.346 E/rho) = 25.9, c_s = sqrt(E/2.6/rho) = 13.9. A side with twice or half of
-      // these speeds reflects a third of the stress of a wave.
+      // The wave speeds are c_p = sqrt(1.346 E/rho) = 25.9 and c_s = sqrt(E/2.6/rho) = 13.9. If an
+      // absorbing side has twice or half the speed of a wave, it reflects a third of the stress of
+      // the wave.
       {scene + fix + " boundary xlo absorbing 26 14 boundary xhi absorbing 51 7" + run, ""},
       {scene + fix + " boundary xlo absorbing 53 14" + run,
        "fix mpm soil: boundary xlo absorbing cp is 53 [length/time]; it should be between 12.97 "
@@ -1914,8 +1925,8 @@ TEST(FixMpmWarnings, NameProbableMistakes)
 
 namespace {
 
-/// Returns a block of 4 by 4 points, the uppermost at y = 3.5, that rises with the given speed;
-/// `groups` and `fixes` define the model.
+/// Returns a block of 4 by 4 points that rises with the given speed. The uppermost points start at
+/// y = 3.5. `groups` and `fixes` define the model.
 std::string rising_block(const std::string &speed, const std::string &groups,
                          const std::string &fixes)
 {
@@ -1937,8 +1948,8 @@ TEST(FixMpm, APointThatLeavesTheGroupsOfAllModelsIsNamed)
                              "group soil dynamic all region r every 1\nrun 0\n";
   const std::string fix = "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller model soil "
                           "elastic 1e6 0.3 density 2000\n";
-  // At speed 5.07 or 5.3 the point leaves in different steps: one of them checks the Courant
-  // number, the other one does not.
+  // With speed 5.07 or 5.3 the point leaves in different steps. The fix checks the Courant number
+  // in one of these steps and not in the other.
   for (const std::string speed : {"5.07", "5.3"}) {
     const std::string message = message_of(rising_block(speed, groups, fix));
     EXPECT_NE(message.find("fix mpm m: step 1"), std::string::npos) << message;
@@ -1968,7 +1979,8 @@ TEST(FixMpm, APointThatJoinsTheGroupOfAModelWithoutAnRveIsNamed)
   }
 }
 
-// The RVE of atom 13 does not deform while the elastic law computes the stress of this point.
+// The RVE of atom 13 cannot follow: it did not deform while the elastic law computed the stress of
+// the point.
 TEST(FixMpm, APointThatJoinsTheGroupOfItsRveInARunIsNamed)
 {
   const std::string groups = "region low block 0 8 0 4.2 -0.5 0.5\n"

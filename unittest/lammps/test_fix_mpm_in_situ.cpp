@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Initial stress of ground that fix mpm determines (keyword insitu), through LAMMPS scripts:
-// equilibrium with the weight from the first step on, bitwise equal results on any number of ranks
-// and after a restart, and messages for wrong input. Also runs under mpirun.
+// Initial stress of ground, which fix mpm determines (keyword insitu), through LAMMPS scripts. The
+// tests cover equilibrium with the weight from the first step on, bitwise equal results on any
+// number of ranks and after a restart, and messages for wrong input. They also run under mpirun.
 
 #include "grains_script.h"
 #include "support/tests_of_file.h"
@@ -56,8 +56,8 @@ int rank()
   return me;
 }
 
-/// Returns a library of six packings: two seeds at 5, 20 and 60 kPa, loaded without lateral strain.
-/// All ranks make it together once.
+/// Returns the file of a library of six packings: two seeds at 5, 20 and 60 kPa. The packings were
+/// loaded without lateral strain. All ranks make the library together once.
 const std::string &library()
 {
   static const std::string path = [] {
@@ -95,7 +95,8 @@ struct RemoveFiles : ::testing::Environment {
 };
 const auto *const remove_files = ::testing::AddGlobalTestEnvironment(new RemoveFiles);
 
-/// Script of a column of 2 by 6 cells of edge 0.5 under a surcharge, without fixes. Ranks divide y.
+/// Script of a column of 2 by 6 cells of edge 0.5 under a surcharge. It defines no fixes. Ranks
+/// divide y.
 const std::string GROUND = R"(units si
 dimension 2
 boundary f f p
@@ -175,7 +176,7 @@ TEST(FixMpmInSitu, WeightSurchargeAndReactionsBalanceForAnyLaw)
       const double across = law[0] == 'e' ? 0.0 : -0.5 * vertical;
       EXPECT_NEAR(row[SZZ_2D], across, 1e-9 * vertical) << law;
     }
-    // The tolerance is relative to the weight of a cell, since sums on the grid are rounded.
+    // Sums on the grid are rounded, so the unbalanced force is compared with the weight of a cell.
     EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.25) << law;
   }
 }
@@ -225,7 +226,7 @@ TEST(FixMpmInSitu, LayerOfGrainsHasItsOwnDensityNextToThatOfALaw)
                        "2200") +
           "compute e all rve/atom void_ratio\nrun 0\n";
 
-  std::map<double, double> mean;    // mean of the two points of a level
+  std::map<double, double> mean;    // mean density of the two points of a level
   const auto void_ratios = script.compute("e");
   const auto points = script.points();
   for (const auto &[id, row] : points)
@@ -254,8 +255,8 @@ TEST(FixMpmInSituInSpace, WeightSurchargeAndReactionsBalanceForAnyLaw)
   }
 }
 
-/// Each RVE has the density of its own packing. All RVEs have the same packing here, so the stress
-/// balances the weight.
+/// The density of a point is that of the packing of its RVE. All RVEs have the same packing here,
+/// so the initial stress balances the weight.
 TEST(FixMpmInSituInSpace, GrainsStayAtRestToTheSameBitsOnRanksAndAfterARestart)
 {
   const std::string grains =
@@ -277,12 +278,12 @@ TEST(FixMpmInSituInSpace, GrainsStayAtRestToTheSameBitsOnRanksAndAfterARestart)
     farthest = std::max(farthest, std::abs(row[UZ_3D]));
     EXPECT_NEAR(row[SXX_3D], 0.6 * row[SZZ_3D], 5e-3 * std::abs(row[SZZ_3D])) << id;
   }
-  // Without the stress the ground would fall by 4.4 mm in this time.
+  // Without the initial stress the ground would fall by 4.4 mm in this time.
   EXPECT_LT(farthest, 1e-3 * 0.5 * GRAVITY * 0.03 * 0.03);
 }
 
-/// Absorbing sides exert no static force. Pressures on the sides replace their reaction to the
-/// initial stress; on the lateral sides they increase with depth.
+/// Absorbing sides exert no static force. Therefore pressures on the sides balance the initial
+/// stress. On the lateral sides the pressures increase with depth.
 TEST(FixMpmInSitu, GroundBetweenAbsorbingSidesRestsUnderTheReactionOfItsStress)
 {
   const std::string groups =
@@ -308,9 +309,9 @@ TEST(FixMpmInSitu, GroundBetweenAbsorbingSidesRestsUnderTheReactionOfItsStress)
       EXPECT_LT(farthest, 1e-12);
       EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.25);
     } else {
-      // Without these pressures the ground sinks for 0.1 s. It approaches the velocity at which the
-      // lower dashpots bear the weight. The settlement must exceed a tenth of this velocity times
-      // 0.1 s.
+      // Without these pressures the ground sinks for 0.1 s. Its velocity approaches the value at
+      // which the dashpots of the lower side bear the weight. The settlement must exceed a tenth of
+      // this velocity times 0.1 s.
       const double velocity = (SURCHARGE + 1800 * GRAVITY * 3.0) / (1800 * 86.0);
       EXPECT_GT(farthest, 0.1 * velocity * 0.1);
     }
@@ -326,8 +327,8 @@ TEST(FixMpmInSitu, GrainsBearTheirDepthAndTheColumnStaysAtRest)
 
   script << "run 200\n";
 
-  // All points of a level have the same density. The vertical stress is the weight of the levels
-  // above plus half of the level's own weight, per area.
+  // All points of a level have the same density. The vertical stress is the weight per area of the
+  // levels above plus half the weight per area of the level itself.
   std::map<double, double> density, cover;
   for (const auto &[id, row] : begin) density[row[Y]] = row[RHO_2D];
   double above = SURCHARGE;
@@ -362,7 +363,7 @@ TEST(FixMpmInSitu, MassDensityIsTheMeanDensityOfTheGrainsOfALevel)
   std::map<double, double> sum, mass_density;
   const auto void_ratios = script.compute("e");
   for (const auto &[id, row] : script.points()) {
-    sum[row[Y]] += 0.5 * 2650.0 / (1.0 + void_ratios.at(id));    // one of two points in a level
+    sum[row[Y]] += 0.5 * 2650.0 / (1.0 + void_ratios.at(id));    // each level has two points
     mass_density[row[Y]] = row[RHO_2D];
   }
   // The iteration of weight and density ends when the change is below 1e-4.
@@ -370,7 +371,7 @@ TEST(FixMpmInSitu, MassDensityIsTheMeanDensityOfTheGrainsOfALevel)
 }
 
 // K0 is the ratio of lateral to vertical stress at rest. Each packing has its own K0. In level
-// ground both points of a level must have the same K0.
+// ground, the two points of a level must nevertheless have the same K0.
 TEST(FixMpmInSitu, LevelAtRestHasTheLateralStressOfItsGrains)
 {
   SoilScript script;
@@ -430,8 +431,8 @@ TEST(FixMpmInSitu, ComponentsMayBeVariablesOfAnAtom)
   }
 }
 
-// The Hertz contacts are prepared at 20 kPa. They stiffen at the in-situ stress of 400 or 900 kPa,
-// so the automatic time step must decrease.
+// The Hertz contacts are prepared at 20 kPa. At the in-situ stress of 400 or 900 kPa they are
+// stiffer, so the automatic time step must be shorter.
 TEST(FixMpmInSitu, HertzContactsStayAtRestAtALargerStressWithAnAutomaticTimeStep)
 {
   const std::string packing = "test_in_situ_hertz.rve";
@@ -527,8 +528,8 @@ TEST(FixMpmInSitu, ReportsUnbalancedForces)
             log_of(GROUND + WEIGHT + soil(law, "density 1800 " + AT_REST) + "run 0"));
   EXPECT_IN("No force acts on the points: define fix gravity before this fix",
             log_of(GROUND + soil(law, "density 1800 " + AT_REST) + WEIGHT + "run 0"));
-  // Without the keyword surcharge the traction of 5000 on the surface is unbalanced. The weight of
-  // a cell is 4414 per width.
+  // Without the keyword surcharge nothing balances the traction of 5000 Pa on the surface. The
+  // weight of a cell is 4414 N per metre of thickness.
   EXPECT_IN(
       "of the weight of a cell, above 0.001, so that the ground will move",
       log_of(GROUND + WEIGHT + soil(law, "density 1800 insitu gravity 9.81 k0 0.5") + "run 0"));

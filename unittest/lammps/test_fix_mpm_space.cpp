@@ -18,8 +18,10 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// The enumerators are column indices of the per-atom array of the fix, from 0. The other constants
-// are numbers of entries in the parts of its global vector. The vector begins with HEAD entries.
+// The enumerators are column indices of the per-atom array of the fix, from 0. The constants are
+// lengths of parts of its global vector: HEAD values at the beginning, PER_BODY values of each
+// body, TIMES wall times, DAMPING components of the damping force, and PER_TURNING_BODY values of
+// each rotating body.
 enum { UX, UZ = 2, U, SXX, SYY, SZZ, SXY, SXZ, SYZ, P, Q, EPS_V, EPS_Q, RHO, FXX, FZZ = FXX + 8 };
 enum { PLASTIC = FZZ + 1, COLUMNS };
 constexpr int HEAD = 4, PER_BODY = 6, TIMES = 3, DAMPING = 3, PER_TURNING_BODY = 12;
@@ -42,8 +44,8 @@ class SoilScript : public Script {
   }
   static double column(const std::vector<double> &row, int k) { return row[6 + k]; }
 
-  /// Returns the entries of the global vector that are not wall times. Entries of rotating bodies
-  /// are at the end.
+  /// Returns the global vector without the wall times. Its last entries belong to the rotating
+  /// bodies, whose number is `turning_bodies`.
   std::vector<double> vector(int turning_bodies = 0)
   {
     std::vector<double> values;
@@ -59,8 +61,8 @@ const std::string SETTINGS =
     "pair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\nneigh_modify every 5 delay 0 check "
     "no\nthermo_modify lost error\n";
 
-/// Returns nx by ny by nz cells of edge 1 with one point of type 1 each in a box with empty space
-/// above.
+/// Returns a box with nx by ny by nz cells of edge 1, with one point of type 1 in each cell. Above
+/// these cells the box has `room` layers of empty cells.
 std::string points_in_box(int nx, int ny, int nz, int room = 2)
 {
   const std::string x = std::to_string(nx), y = std::to_string(ny), z = std::to_string(nz);
@@ -72,8 +74,8 @@ std::string points_in_box(int nx, int ny, int nz, int room = 2)
       " units box\ncreate_atoms 1 region ground\nset group all diameter 1.0\n" + SETTINGS;
 }
 
-/// Returns a square footing that is pressed into a quarter of elastic ground with a frictional
-/// layer on it, next to a surcharge. Points migrate between ranks.
+/// Returns a quarter of a square footing on elastic ground with a frictional upper layer. The
+/// footing is pressed down, and a surcharge acts next to it. Points migrate between ranks.
 std::string footing()
 {
   return points_in_box(5, 5, 4) +
@@ -90,8 +92,8 @@ std::string footing()
       "-20000\n";
 }
 
-/// Returns a ball that falls on elastic ground next to a wall. The wall rotates about an axis
-/// through its foot; this axis is oblique to x, y and z. `form` is the form of the ball.
+/// Returns a ball that falls on elastic ground next to a wall. The wall rotates about an oblique
+/// axis through its foot. `form` is the keyword value for the shape of the ball.
 std::string falling_body_and_turning_wall(const std::string &form)
 {
   // Ranks divide z, so that atoms get the same numbers on any number of ranks.
@@ -211,8 +213,8 @@ TEST(FixMpmInSpace, ColumnsAreThoseOfAHomogeneousDeformation)
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b)
         EXPECT_NEAR(c[FXX + 3 * a + b], (a == b) + dt * L[a][b], 1e-12) << a << b;
-    // E = 1e6 and nu = 1/4 give lambda = mu = 4e5. Terms beyond the linear ones are smaller by O(L
-    // dt).
+    // E = 1e6 and nu = 1/4 give lambda = mu = 4e5. Terms of second order in L dt are smaller by a
+    // factor of order L dt.
     const double tr = 0.01, m = 4e5 * dt, tolerance = 1e-3 * m * 0.04;
     EXPECT_NEAR(c[SXX], m * (tr + 2 * 0.02), tolerance);
     EXPECT_NEAR(c[SYY], m * tr, tolerance);
@@ -226,7 +228,7 @@ TEST(FixMpmInSpace, ColumnsAreThoseOfAHomogeneousDeformation)
     EXPECT_NEAR(c[Q], std::sqrt(0.5 * (xx * xx + yy * yy + zz * zz) + 3 * shear), 1e-9)
         << "von Mises";
     EXPECT_NEAR(c[EPS_V], dt * tr, 1e-12);
-    // isotropic: q = 3 mu eps_q
+    // For an isotropic law, q = 3 mu eps_q.
     EXPECT_NEAR(c[EPS_Q], c[Q] / (3 * 4e5), 2e-3 * c[EPS_Q]);
     EXPECT_NEAR(c[RHO], 1e12 / (1 + dt * tr), 1e-6 * 1e12);
     EXPECT_EQ(c[PLASTIC], 0.0);
@@ -247,7 +249,7 @@ TEST(FixMpmInSpace, PlateReactionIsOedometricModulusTimesStrain)
           "xlo roller boundary xhi roller boundary ylo roller boundary yhi roller boundary zlo "
           "fixed rigid plate vx 0 vy 0 vz v_vz smooth\nrun 600\n";
 
-  const double strain = 0.5 * 0.02 * 6.0 / 6.0;    // a velocity ramp over 6 s, height 6
+  const double strain = 0.5 * 0.02 * 6.0 / 6.0;    // velocity ramp over 6 s; height 6
   const double modulus = 1.0e6 * 0.75 / (1.25 * 0.5);
   EXPECT_NEAR(script.fix()->compute_vector(HEAD + 2), 4.0 * modulus * strain,
               0.04 * 4.0 * modulus * strain);
@@ -307,8 +309,8 @@ const std::string STRESSES = [] {
   return lines;
 }();
 
-/// Returns a cell with eight points, each with an RVE, between three smooth walls and three smooth
-/// plates. A step of 2^-15 s has 16 DEM steps.
+/// Returns a cell with eight points, each with an RVE. Three sides of the cell are smooth walls,
+/// and three are smooth plates. A step of 2^-15 s has 16 DEM steps.
 std::string pressed_cell(const std::string &packing)
 {
   return "units si\ndimension 3\nboundary f f f\natom_style sphere\natom_modify map array\n"
@@ -336,8 +338,8 @@ std::string pressed_cell(const std::string &packing)
 TEST(SpheresInSpace, StrainByThreePlatesGivesTheStressOfFixRveAlone)
 {
   // The cell edge is 1, so the velocity v of a plate is the velocity gradient along its axis in
-  // each step. fix rve gets the rate ln(1 + v dt)/dt, whose exponential is the same increment 1 + v
-  // dt.
+  // each step. The stretch of a step is 1 + v dt. fix rve gets the rate ln(1 + v dt)/dt, whose
+  // exponential gives the same stretch.
   const int steps = 40;
   const std::string packing = spheres();
   SoilScript pressed;
@@ -376,7 +378,7 @@ TEST(SpheresInSpace, HaveTheSameBitsOnAnyNumberOfRanksAndAfterARestart)
 {
   const std::string scene = pressed_cell(spheres()), file = "test_spheres_in_space.restart";
   SoilScript whole, alone(MPI_COMM_SELF), first, second;
-  // The run is longer than the interval of checks of the Courant number.
+  // The run is so long that the fix checks the Courant number during it.
   whole << scene + "run 104\n";
   alone << scene + "run 104\n";
   first << scene + "run 9\nwrite_restart " + file + "\n";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: the commands that
-// advance the time of RVEs, restart and deletion, and messages for wrong input.
+// fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts. The tests cover the
+// commands that advance the time of RVEs, restart and deletion, and messages for wrong input.
 
 #include "grains_script.h"
 #include "rve/engine/packing_io.h"
@@ -24,7 +24,7 @@ using rve_test::text_of;
 
 namespace {
 
-/// Returns the part of a text from `begin` to before `end`.
+/// Returns the part of a text that starts with `begin` and stops before `end`.
 std::string part_of(const std::string &text, const std::string &begin, const std::string &end)
 {
   return text.substr(text.find(begin), text.find(end) - text.find(begin));
@@ -101,9 +101,9 @@ TEST(FixRve, ServoHoldsItsStressUnderCompression)
 
 TEST(FixRve, ServoRatesAreThoseOfTheDeformation)
 {
-  // The macro step has one DEM step. In it a controlled component of ln F grows at the rate that
-  // the servo had before the step. The step multiplies F by 1 + a + a^2/2 with a = rate dt. The
-  // logarithm of this factor is a - a^3/6.
+  // The macro step has one DEM step. In this step, a controlled component of ln F grows at the rate
+  // that the servo had before. The step multiplies F by 1 + a + a^2/2 with a = rate dt. The
+  // logarithm of this factor is a - a^3/6, up to higher powers of a.
   constexpr double DT = 5e-6;
   struct Case {
     std::string packing, component, drive, stress;
@@ -123,7 +123,7 @@ TEST(FixRve, ServoRatesAreThoseOfTheDeformation)
       const double rate = std::log(script.per_atom("f", 0) / before) / DT;
       const double rounding = 4.0 * std::numeric_limits<double>::epsilon() / DT;
       EXPECT_NEAR(rate, servo, std::fabs(servo) * servo * servo * DT * DT / 4.0 + rounding);
-      EXPECT_LT(servo, -1e-3);    // it compresses
+      EXPECT_LT(servo, -1e-3);    // the RVE is compressed
       EXPECT_NE(script.per_atom("servo", 0), servo);
       EXPECT_EQ(script.per_atom("x", 0), 0.02);    // prescribed, not controlled
     }
@@ -153,7 +153,8 @@ TEST(FixRve, InertialNumberIsThatOfDaCruz)
   const rve::RveState packing = rve::read_packing(PACKING);
   for (const double r : packing.radius) sum += r * r;
   const double d = 2.0 * std::sqrt(sum / packing.num_grains());
-  // strain |U - 1| of a step divided by its duration, with the stretch U
+  // The strain rate is the strain |U - 1| of a step divided by the duration of the step, with the
+  // stretch U.
   const double rate = (1.0 - std::exp(-1.0 * 1e-3)) / 1e-3;
   // The mass is that of disks 1 m long; the stress refers to the thickness of 0.075 m.
   const double expected = rate * d * std::sqrt(2650.0 * 1.0 / (0.075 * script.per_atom("p", 0)));
@@ -204,13 +205,13 @@ TEST(FixRve, RestartContinuesBitForBit)
 
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
   for (int n = 1; n <= 7; ++n) EXPECT_EQ(second.fix_value(n), whole.fix_value(n)) << "value " << n;
-  EXPECT_GT(whole.fix_value(4), 2 * 4.0);    // rebuilds: lists from before and after the restart
+  EXPECT_GT(whole.fix_value(4), 2 * 4.0);    // more than two rebuilds of lists per RVE
 }
 
 TEST(FixRve, RestartFilesOfDifferentStepsAreRefused)
 {
-  // If a restart has several files, the file with the header is written first. A run that is killed
-  // afterwards leaves the atoms of the previous restart in the other files.
+  // If a restart has several files, LAMMPS writes the file with the header first. If the run is
+  // killed then, the other files still have the atoms of the previous restart.
   const std::string early = temporary_path("early."), late = temporary_path("late.");
   Script first;
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + early + "%\nrun 5\nwrite_restart " +
@@ -230,7 +231,7 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
   Script first;
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
   std::string text = text_of(file);
-  // negative version, step
+  // The data of the fix begin with the negative version and the step.
   const double head[] = {-6.0, 5.0}, older[] = {-5.0, 5.0}, newer[] = {-7.0, 5.0},
                none[] = {1e-4, 5.0};
   const std::size_t place =
@@ -343,7 +344,8 @@ TEST(CreateRve, SameSeedGivesTheSameFileAtTheRequestedPressure)
 
 namespace {
 
-/// Returns the material of the RVE for these keywords of fix rve and a packing file.
+/// Returns the rolling stiffness and rolling friction of the RVE for these keywords of fix rve and
+/// a packing file.
 std::string material_with(const std::string &keywords, const std::string &packing = PACKING)
 {
   GrainsScript script;
@@ -360,7 +362,7 @@ const std::string ROLLING_SHEAR =
 
 TEST(RollingResistance, KeywordsReplaceTheMaterialOneByOne)
 {
-  EXPECT_EQ(material_with(""), " ");    // both are missing in the file
+  EXPECT_EQ(material_with(""), " ");    // the file has neither value
   EXPECT_EQ(material_with("kr 2e5 rolling_friction 0.1"), "2e+05 0.1");
   EXPECT_EQ(material_with("rolling_friction 0.1 kr 2e5"), "2e+05 0.1");
 
@@ -372,7 +374,7 @@ TEST(RollingResistance, KeywordsReplaceTheMaterialOneByOne)
   EXPECT_EQ(material_with("rolling_friction 0.3", file), "5e+05 0.3");
   EXPECT_EQ(material_with("kr 1e5", file), "1e+05 0.1");
 
-  // A file also stores a stiffness of zero.
+  // A stiffness of zero is stored in a packing file and read again.
   script << "unfix grains\n" + FIX + "dt 5e-5 kr 0 rolling_friction 0.1\nrun 0\nwrite_rve grains " +
           "atom 1 file " + file + " format rve";
   EXPECT_EQ(material_with("", file), "0 0.1");
@@ -382,7 +384,7 @@ TEST(RollingResistance, StiffnessIsTheTangentialOneUnlessItIsGiven)
 {
   EXPECT_EQ(material_with("kt 3e5 rolling_friction 0.1"), "3e+05 0.1");
   EXPECT_EQ(material_with("rolling_friction 0.1 kt 3e5"), "3e+05 0.1");
-  // keywords replace the values of the file
+  // Keywords replace the values of the file.
   EXPECT_EQ(material_with("rolling_friction 0.1 kr 0"), "0 0.1");
   EXPECT_EQ(material_with("kr 2e5"), "2e+05 0");
 }
@@ -423,7 +425,7 @@ TEST(RollingResistance, RestartContinuesBitForBit)
     whole << FOUR_ATOMS + FIX + shear + material + "\nrun 40";
 
     first << FOUR_ATOMS + FIX + shear + material + "\nrun 17\nwrite_restart " + file + "\nclear";
-    // The material is that of the restart file.
+    // The second script omits the keywords of the material, which then comes from the restart file.
     second << "read_restart " + file + "\n" + rate + FIX + shear + "\nrun 23";
 
     for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
@@ -440,8 +442,9 @@ TEST(RollingResistance, NativeFileReadsBackAsTheSameState)
 
   again << FOUR_ATOMS + "fix grains all rve " + path + " drive none\n";
 
-  // A file has the contacts in the order of their owners. The owner of a contact depends on the
-  // Verlet list, which the file does not have.
+  // A file lists the contacts in the order of their owners. Which of two grains owns a contact
+  // depends on the Verlet list. The file does not store the list, so both texts are compared with
+  // sorted contacts.
   const auto with_contacts_in_order = [](const std::string &state) {
     std::istringstream text(state.substr(0, state.rfind("\nchecksum")));
     std::vector<std::string> lines;
@@ -462,9 +465,9 @@ TEST(RollingResistance, OfTheScriptCountsInTheStableTimeStep)
   soft << FOUR_ATOMS + FIX + "dt auto 0.5\n";
   stiff << FOUR_ATOMS + FIX + "dt auto 0.5 kr 4e6 rolling_friction 0.1\n";
 
-  // For spins alone, a contact has the stiffness k_t r^2 + k_r r^2/4 instead of k_t r^2, with k_t =
-  // 1e6, k_r = 4e6 and the radius r. The square of the largest frequency therefore increases by at
-  // most a factor of two.
+  // For spins alone, rolling resistance increases the stiffness of a contact from k_t r^2 to k_t
+  // r^2 + k_r r^2/4, with k_t = 1e6, k_r = 4e6 and the radius r. The square of the largest
+  // frequency therefore increases by at most a factor of two.
   EXPECT_LT(stiff.fix_value(8), 0.95 * soft.fix_value(8));
   EXPECT_GT(stiff.fix_value(8), 0.70 * soft.fix_value(8));
 }
@@ -492,7 +495,7 @@ TEST(RollingResistance, ContactsOfTheDataFileHaveItsForce)
     ++rows;
   }
   EXPECT_GT(rows, 400);
-  // The largest force is at its limit, up to the rounding of the format.
+  // At least one rolling force is at its limit, except for the rounding of the format.
   EXPECT_NEAR(largest, 0.1, 1e-5);
 }
 
@@ -526,7 +529,7 @@ TEST(RollingResistance, ShadowOfTheSameStepsInDoubleIsTheRveItself)
 
 namespace {
 
-/// Four atoms with different strains; the time step is 1e-3.
+/// Four atoms and computes of their RVEs. The time step is 1e-3.
 const std::string KNOBS = FOUR_ATOMS + "compute s all rve/atom sxx syy sxy syx\n" +
     "compute f all rve/atom def_yy\ncompute p all rve/atom p\ncompute q all rve/atom q\n";
 
@@ -548,8 +551,8 @@ double largest_difference(const std::vector<double> &a, const std::vector<double
 
 TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
 {
-  // At 0.02/s a macro step of 1 ms has a strain of 2e-5. The limit of 1e-6 gives 20 DEM steps;
-  // matching the time gives 10 DEM steps of 1e-4.
+  // At 0.02/s a macro step of 1 ms has a strain of 2e-5. With a limit of 1e-6 per DEM step this
+  // takes 20 DEM steps. With `substeps match` the macro step has 10 DEM steps of 1e-4.
   const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.02\n";
   GrainsScript matched, fine, coarse;
   matched << KNOBS + FIX + drive + "run 100";
@@ -560,8 +563,8 @@ TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
   EXPECT_EQ(fine.fix_value(9), 20.0);
   EXPECT_EQ(fine.fix_value(3), 4 * 100 * 20.0);
   EXPECT_EQ(coarse.fix_value(3), 4 * 100 * 1.0);
-  // With both limits the RVE gets the whole strain of the run, 2e-3. With the small limit the
-  // stress agrees with the stress for matched time.
+  // With either limit the RVE gets the whole strain of the run, 2e-3. With the limit of 1e-6, the
+  // stress also agrees with the stress of `matched`.
   for (GrainsScript *script : {&fine, &coarse})
     EXPECT_NEAR(script->per_atom("f", 0), std::exp(-0.02 * 0.1), 1e-14);
   const double p = matched.per_atom("p", 0);
@@ -594,11 +597,10 @@ TEST(Quiescent, SkippedRveUsesItsStiffness)
   script << "run 45";
 
   EXPECT_EQ(script.fix_value(14), 4.0);
-  EXPECT_EQ(script.fix_value(3), 6 * 10.0);    // first step; atoms 3 and 4 once more
+  EXPECT_EQ(script.fix_value(3), 6 * 10.0);    // 4 in the first step, then atoms 3 and 4 once
   EXPECT_NEAR(script.per_atom("f", 0), 1.0 - 4.5e-7, 1e-12);
   const std::vector<double> after = stress_of(script, 0);
-  // The plane modulus of the packing is about 10 MPa by Voigt, so that the stress changes by
-  // several Pa.
+  // Voigt's estimate of the plane modulus is about 10 MPa, so the stress changes by several Pa.
   EXPECT_LT(after[1] - before[1], -2.0);
   EXPECT_GT(after[1] - before[1], -20.0);
   EXPECT_EQ(script.fix_value(2), 0.0);
@@ -612,8 +614,8 @@ TEST(Quiescent, AppliesTheWholeDeferredDeformation)
   always << KNOBS + drive + "run 120";
   sometimes << KNOBS + skipping + "run 120";
 
-  // At a strain of 1e-5 per step, one macro step in five is computed, and the total strain is the
-  // same.
+  // The strain per step is 1e-5. Only one macro step in five is computed, but the total strain must
+  // be equal.
   EXPECT_EQ(always.fix_value(3), 4 * 120 * 100.0);
   EXPECT_EQ(sometimes.fix_value(3), 4 * 24 * 100.0);
   EXPECT_NEAR(sometimes.per_atom("f", 0), always.per_atom("f", 0), 1e-14);
@@ -623,8 +625,8 @@ TEST(Quiescent, AppliesTheWholeDeferredDeformation)
 
 TEST(Quiescent, QuiescentRveRotatesItsStress)
 {
-  // A rotation is no strain: the RVE is quiescent from the second step on, while it rotates by half
-  // a radian.
+  // A rotation is no strain. The RVE is quiescent from the second step on and rotates by half a
+  // radian.
   GrainsScript script;
   script << KNOBS + "variable left equal 5*(step>1)\nvariable right equal -v_left\n" + FIX +
           "dt 1e-4 drive velocity_gradient xy v_right yx v_left quiescent 1e-6\nrun 1";
@@ -647,9 +649,9 @@ namespace {
 void check_that_a_turned_rve_wakes_as_if_it_had_not(const std::string &keywords)
 {
   SCOPED_TRACE(keywords);
-  // After a step at rest, the RVE of `turned` rotates by a quarter turn in 100 steps of a
-  // millisecond while it is quiescent. It is then compressed by 5e-4 along its former y axis. The
-  // RVE of `still` does not rotate and is compressed along y.
+  // After a step at rest, the RVE of `turned` is quiescent and rotates by a quarter turn in 100
+  // steps of a millisecond. Then it is compressed by 5e-4 along the axis of the material that was y
+  // at first. The RVE of `still` does not rotate and is compressed along y.
   const auto script_of = [&](const std::string &turn, const std::string &xx,
                              const std::string &yy) {
     return KNOBS + "variable left equal (step>1)*(step<=101)*" + turn +
@@ -726,7 +728,7 @@ TEST(MassScaling, IncreasesTheStepAndKeepsTheQuasiStaticStress)
   light << KNOBS + FIX + drive + "run 200";
   heavy << KNOBS + FIX + "mass_scaling 4 " + drive + "run 200";
 
-  // A macro step of 1 ms takes 17 and 9 DEM steps.
+  // A macro step of 1 ms takes 17 DEM steps without mass scaling and 9 with it.
   EXPECT_NEAR(light.fix_value(9) / heavy.fix_value(9), 2.0, 0.2);
   const double p = light.per_atom("p", 0);
   EXPECT_GT(p, 1.1e5);
@@ -750,8 +752,9 @@ TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
     samples.push_back(stress_of(single, 0));
   }
 
-  // Within a macro step the cell moves along a straight path instead of an exponential one. For a
-  // strain of 1e-3 this changes the intermediate strains by about 1e-6.
+  // The two scripts differ slightly: within a macro step of ten DEM steps the cell moves along a
+  // straight path, in `single` along an exponential one. For a strain of 1e-3 this changes the
+  // intermediate strains by about 1e-6.
   const double p = single.per_atom("p", 0);
   for (int k = 0; k < 4; ++k) {
     const double mean = (samples[0][k] + samples[1][k] + samples[2][k]) / 3.0;
@@ -796,8 +799,8 @@ TEST(Shadow, MeasuresTheErrorOfFormatAndStep)
 
 TEST(Shadow, DetectsTheErrorOfASkippedRve)
 {
-  // The RVE is quiescent from the second step on. Its stress follows from Voigt's stiffness, and
-  // its shadow has the true stress.
+  // The RVE is quiescent from the second step on. Its stress follows from Voigt's stiffness. Its
+  // shadow is not quiescent and has the true stress.
   GrainsScript script;
   script << KNOBS + FIX +
           "dt 1e-4 substeps 100 quiescent 1e-3 shadow 1 1 drive velocity_gradient yy -1e-3\nrun 50";
@@ -834,7 +837,7 @@ TEST(Warnings, NameValueLimitAndRemedyOnce)
   EXPECT_EQ(log.find("inertial", log.find("inertial") + 1), std::string::npos);
 }
 
-/// Returns a script with 25 RVEs, of which the first `fast` ones strain fast.
+/// Returns a script with 25 RVEs. The first `fast` of them have a high strain rate.
 std::string some_fast_rves(int fast)
 {
   return R"(units si
@@ -950,8 +953,8 @@ TEST(FixRveMessage, KnobsOutOfRange)
 
 TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
 {
-  // Each keyword lacks its value. If fix rve took the keyword for a file name, the message would
-  // name a missing file.
+  // Each keyword lacks its value. If fix rve took a keyword for a file name, the message would say
+  // that a file is missing.
   for (const char *keyword : {"drive",
                               "servo",
                               "servo_gain",
@@ -1000,7 +1003,7 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
             message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " preset draft\n"));
 }
 
-// FOUR_ATOMS has no pair style, no comm_modify and no atom_modify
+// FOUR_ATOMS has no pair_style, comm_modify or atom_modify command.
 TEST(Warnings, OfLammpsDoNotAppearForPointsWithRves)
 {
   const std::string log = log_of(FOUR_ATOMS + SHEAR + "run 2\nrun 2");
@@ -1024,7 +1027,7 @@ TEST(Warnings, OfLammpsAppearWhereTheyApply)
 
 TEST(Progress, LogsStepShareRemainingTimeAndThroughput)
 {
-  // Each step takes longer than the interval.
+  // Each step takes longer than the interval of 1e-9 s, so each step is logged.
   const std::string log = log_of(FOUR_ATOMS + SHEAR + "unfix grains\n" + FIX +
                                  "dt 1e-4 drive velocity_gradient xy 0.1 progress 1e-9\nrun 8\n");
 
@@ -1079,7 +1082,7 @@ TEST(FixRveMessage, NegativeProgress)
 
 namespace {
 
-/// Sets GPU_RVE_MEMORY_LIMIT while it exists.
+/// Sets GPU_RVE_MEMORY_LIMIT and removes it in the destructor.
 class MemoryLimit {
  public:
   explicit MemoryLimit(const std::string &bytes)
@@ -1097,7 +1100,7 @@ std::string this_many_rves(int number)
   return lines + FIX + "device cpu dt 1e-4\n";
 }
 
-/// Returns the number before the words.
+/// Returns the number that stands before `words` in a message.
 int number_before(const std::string &words, const std::string &message)
 {
   const std::size_t end = message.find(words), begin = message.rfind(' ', end - 2);
@@ -1131,7 +1134,7 @@ TEST(OutOfMemory, CountsShadowsToo)
                                                     "device cpu dt 1e-4 shadow 3\nrun 0\n"));
 
   EXPECT_GT(with_shadows, 0);
-  EXPECT_LT(with_shadows, fit - 2);    // a shadow has positions and forces of its RVE in double
+  EXPECT_LT(with_shadows, fit - 2);    // a shadow stores positions and forces in double
 }
 
 TEST(OutOfMemory, CountsRollingForces)
@@ -1144,7 +1147,7 @@ TEST(OutOfMemory, CountsRollingForces)
                                                "device cpu dt 5e-5 rolling_friction 0.1\nrun 0\n"));
 
   EXPECT_GT(rolling, 0);
-  EXPECT_LT(rolling, fit);    // 8 more bytes for each pair for which an RVE has capacity
+  EXPECT_LT(rolling, fit);    // each pair of the capacity takes 8 more bytes
 }
 
 TEST(OutOfMemory, IsReportedBeforeTheRvesOfARestartFileAreMade)
@@ -1270,7 +1273,7 @@ TEST(FixRveMessage, UnitsThatAreNotConsistent)
 
 namespace {
 
-/// Returns the RVE after some steps with these keywords, as a text with all digits.
+/// Returns the RVE as text with all digits, after some steps with these keywords.
 std::string state_with(const std::string &keywords)
 {
   GrainsScript script;
@@ -1428,8 +1431,8 @@ TEST(FixRveMessage, DriveMpmWithoutFixMpm)
   EXPECT_IN("drive mpm requires a fix mpm", message_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
 }
 
-// LAMMPS deletes a file-style variable that ends and renumbers the variables after it. The fix must
-// then not read another variable.
+// LAMMPS deletes a file-style variable at the end of its file and renumbers the variables after it.
+// The fix must then still read its own variable.
 TEST(FixRveVariables, AreFoundByNameAfterOthersAreDeleted)
 {
   const std::string numbers = file_of_rank("numbers.txt");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Changes of existing RVEs by a script: continued runs, fix_modify, unfix; messages for damaged
-// restart files; and errors for words that would have no effect.
+// Changes of existing RVEs by a script: continued runs, fix_modify and unfix. Messages for damaged
+// restart files, and errors for words that would have no effect.
 
 #include "grains_script.h"
 #include "input.h"
@@ -69,7 +69,7 @@ TEST(ContinuedRun, KeepsSettingsThatItsFixOmits)
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(after.state(atom), before.state(atom));
   EXPECT_EQ(after.fix_value(8), before.fix_value(8));
   EXPECT_EQ(log_of_rest(file, FIX + DRIVE + "\n").find("with changes"), std::string::npos);
-  // RVEs that are created later have it too.
+  // RVEs that are created later also get the settings of the restart file.
   after << "create_atoms 1 single 1.5 1.5 0\nrun 0";
   EXPECT_EQ(value_in(after.state(5), "mass_depth"), "4");
   EXPECT_EQ(value_in(after.state(5), "friction"), "0.3");
@@ -84,7 +84,8 @@ TEST(ContinuedRun, AppliesTheFractionOfTheStabilityBound)
           "\nrun 0";
   lower << "read_restart " + file + "\n" + RATE + words + "run 0";
 
-  // The bounds are those of the present RVEs, whose contacts have changed.
+  // Each bound is that of the present RVEs. Their contacts have changed since the start, so the
+  // ratio is not exactly 0.3/0.9.
   EXPECT_NEAR(lower.fix_value(8) / same.fix_value(8), 0.3 / 0.9, 0.02);
   EXPECT_IN("dt auto 0.9 -> auto 0.3", log_of_rest(file, words));
 }
@@ -105,7 +106,8 @@ TEST(ContinuedRun, AppliesAPresetAndListsItsSettings)
 
 TEST(ContinuedRun, RefusesADtAboveTheBoundOfItsRves)
 {
-  // The step is stable for the packing in its file, and not for RVEs that are four times as stiff.
+  // The time step of 1e-4 is stable for the packing file, but not for the RVEs of the restart file,
+  // which are four times as stiff.
   const std::string file = restart_of(FIX + "dt 5e-5 kn 4e6 kt 2e6 " + DRIVE + "\n");
 
   EXPECT_IN(
@@ -129,7 +131,7 @@ TEST(ContinuedRun, RefusesOtherPackingsWithTheListOfDifferences)
 
 TEST(ContinuedRun, WithTheSameFixHasTheSameBitsInEveryFormat)
 {
-  // The default gain of the servo depends on radii, which these formats round.
+  // The default gain of the servo depends on radii, which some formats round.
   for (const std::string format : {"fast", "single", "mixed", "double"}) {
     const std::string words = FIX + "dt 1e-4 servo xx -1.3e5 yy -1.3e5 format " + format + "\n";
     const std::string file = restart_of(words);
@@ -198,8 +200,8 @@ TEST(FixModify, IsEquivalentToAContinuedRunWithAnotherFix)
 
 TEST(FixModify, MaterialAppliesAtOnce)
 {
-  // Overlaps and contact forces f = k_n delta do not change. Half the thickness gives half the
-  // volume and twice the stress.
+  // Overlaps and contact forces f = k_n delta do not change. With half the thickness, the volume is
+  // half as large and the stress twice as large.
   GrainsScript script;
   script << FOUR_ATOMS + FIX + "kt 0 dt auto 0.5 " + DRIVE +
           "\ncompute p all rve/atom p\nrun 5\nfix_modify grains thickness 0.15\nrun 0";
@@ -244,8 +246,8 @@ TEST(FixModify, QuiescentRvesGetTheirDeferredIncrement)
 
 TEST(FixModify, MaterialOfAQuiescentRveGetsTheNewStiffness)
 {
-  // The RVE is quiescent and strained by 1e-4. Twice the stiffness gives twice the stress, with and
-  // without rotation.
+  // The RVE is quiescent, and its deferred strain is 1e-4. The drive also rotates it. Twice the
+  // stiffness must give twice the stress.
   const std::string words = FIX +
       "format double kt 0 friction 0 dt auto 0.3 quiescent 9e-3 "
       "drive velocity_gradient yy -1e-2 xy 1e-2\n";
@@ -261,7 +263,7 @@ TEST(FixModify, MaterialOfAQuiescentRveGetsTheNewStiffness)
 
 TEST(FixModify, MaterialAppliesToShadows)
 {
-  // A shadow with the same steps in double is equal to the RVE.
+  // A shadow with the same DEM steps in double is equal to an RVE in double.
   GrainsScript script;
   script << FOUR_ATOMS + FIX + "format double dt auto 0.5 shadow 2 1 " + DRIVE +
           "\nrun 5\nfix_modify grains kn 2e6 friction 0.2\nrun 0";
@@ -310,8 +312,8 @@ TEST(Unfix, OfAdvancedRvesGivesAWarning)
 
 namespace {
 
-/// A restart file of one atom with the positions of the head of its fix and of the record of its
-/// RVE.
+/// A restart file of one atom. `head` is the position of the data of fix rve, and `record` is the
+/// position of the record of the RVE.
 struct RestartFile {
   std::string path, text;
   std::size_t head, record;
@@ -352,15 +354,15 @@ TEST(DamagedRestart, HeadOfTheFixIsRefused)
   const RestartFile file("head");
   ASSERT_NE(file.head, std::string::npos);
 
-  // The loop flips one bit in every third byte. The bytes begin with version, step, time step, mass
-  // scaling and packings; then follow checksums and the account, the text that lists the settings.
+  // The loop flips one bit in every third byte. The data begin with version, step, time step, mass
+  // scaling and packings. Then follow checksums and the text that lists the settings.
   for (std::size_t byte = 0; byte < 120; byte += 3) {
     const std::string message = file.message_with_flip(file.head + byte, byte % 8);
     EXPECT_TRUE(message.find("damaged") != std::string::npos ||
                 message.find("this program reads version 6") != std::string::npos)
         << byte << ": " << message;
   }
-  // The message shows a fractional version with all digits.
+  // The message shows all digits of a version that is not a whole number.
   EXPECT_IN("damaged: its version is -6.00000000000", file.message_with_flip(file.head, 3));
 }
 
@@ -381,8 +383,8 @@ TEST(DamagedRestart, RecordOfAnRveIsRefused)
   const RestartFile file("record");
   ASSERT_NE(file.record, std::string::npos);
 
-  // The head and the state of the RVE follow the header. The loop damages every 13th byte at first,
-  // then every 1501st.
+  // After the header of the record come the head and the state of the RVE. The loop damages every
+  // 13th byte in the first 700 bytes, then every 1501st.
   for (std::size_t byte = 8; byte < file.text.size() - file.record - 512;
        byte += byte < 700 ? 13 : 1501) {
     const std::string message = file.message_with_flip(file.record + byte, byte % 8);
@@ -398,7 +400,7 @@ TEST(DamagedRestart, RecordOfAnRveIsRefused)
 
 TEST(NumberOfDemSteps, BeyondTheRangeOfIntegersIsAnErrorBeforeAnythingRuns)
 {
-  // 5e10 steps would overflow and become one step of 5e-4.
+  // The step needs 5e10 DEM steps, which would overflow an integer.
   const std::string message =
       message_of(FOUR_ATOMS + FIX + "dt 2e-14 drive velocity_gradient yy -0.05\nrun 1");
   EXPECT_IN("a timestep of 0.001 [time] needs 5e+10 DEM steps of dt 2e-14 [time]; the limit is "
@@ -452,7 +454,7 @@ TEST(SaidTwice, KeywordGivenTwiceIsAnErrorThatNamesBoth)
 
 TEST(NarrowCell, IsReportedAtTheStartWithARemedy)
 {
-  // A packing of 16 grains is narrow and soon becomes too narrow.
+  // The cell of 16 grains is narrow, and the strain soon makes it too narrow.
   const std::string few = temporary_path("few.rve");
   const std::string make = "create_rve " + few +
       " grains 16 seed 5 radius uniform 0.004 0.005 kn 1e6 friction 0.5 damping 0.3 density 2650 "
@@ -472,8 +474,8 @@ TEST(NarrowCell, IsReportedAtTheStartWithARemedy)
   EXPECT_IN("cell too narrow", message);
   EXPECT_IN("use a packing with more grains", message);
   EXPECT_IN("with policy freeze the run continues without this RVE", message);
-  // The run must fail when the height of the cell is about `share`. The Verlet list, which detects
-  // this, is rebuilt shortly afterwards. A step has 1e-3 s.
+  // The run must fail when the height of the cell is about `share` of its first height. The failure
+  // is detected when the Verlet list is rebuilt, which can be a little later. A step has 1e-3 s.
   const std::size_t at = message.find("failed at step ");
   ASSERT_NE(at, std::string::npos) << message;
   const double height = std::exp(-5.0 * 1e-3 * std::stod(message.substr(at + 15)));
@@ -495,7 +497,8 @@ TEST(FixRveMessage, AmbiguousRotationNamesFixAtomAndStep)
 
 namespace {
 
-/// Points of an MPM analysis and the beginning of its fix, up to the model.
+/// Material points for fix mpm and their RVEs; SOIL is the command of fix mpm up to the law of its
+/// model.
 const std::string POINTS =
     "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array sort 0 0.0\n"
     "region box block 0 4 0 4 -0.05 0.05 units box\ncreate_box 1 box\n"

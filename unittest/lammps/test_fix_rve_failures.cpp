@@ -14,8 +14,8 @@ using namespace grains_script;
 
 namespace {
 
-/// Returns a script that stretches atoms 1 and 2 at constant area, atom 2 a little faster, and
-/// leaves the others at rest. A DEM step is 5e-5 of time.
+/// Returns a script that stretches the RVEs of atoms 1 and 2 along x at constant area. The RVE of
+/// atom 2 stretches a little faster. The other RVEs stay at rest. The DEM time step is 5e-5.
 std::string stretched(const std::string &words)
 {
   return FOUR_ATOMS + "variable pull atom 5*(id<3)+0.5*(id==2)\nvariable push atom -v_pull\n" +
@@ -64,7 +64,7 @@ TEST(NarrowCell, CanBeChangedBetweenRuns)
   EXPECT_EQ(message_of(stretched("copies 1") + "run 20\nfix_modify grains copies 2\nrun 100"), "");
 }
 
-// Atom 2 exceeds the overlap limit in each step; the others are sheared.
+// Atom 2 exceeds the overlap limit in the steps 5 and 15. All RVEs are also sheared.
 TEST(PolicyFresh, ContinuesWithFreshRvesThatAreCountedAndLogged)
 {
   const std::string script = FOUR_ATOMS + "variable crush atom -400*(id==2)*(step%10==5)\n" + FIX +
@@ -93,7 +93,7 @@ TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
   const std::string settings = "variable crush atom -400*(id==2)*(step==8||step==15)\n" + FIX +
       "dt 1e-4 policy fresh overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\n";
   const auto states = [](Script &script) {
-    // states of the rank's own atoms
+    // Returns the states of all four atoms as text.
     std::string all;
     for (int id = 1; id <= 4; ++id) {
       const std::string path = rve_test::temporary_path("state.rve");
@@ -135,7 +135,7 @@ TEST(PackingFiles, LoopOfLinksIsNamed)
   std::remove(link.c_str());
 }
 
-// LAMMPS does not move records of a restart file when it deletes atoms.
+// If LAMMPS deletes atoms after read_restart, it does not move the records of the restart file.
 TEST(RestartRecords, FollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
 {
   const std::string file = rve_test::temporary_path("restart");

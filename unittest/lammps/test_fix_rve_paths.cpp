@@ -24,7 +24,7 @@ std::string written(const std::string &name, const std::string &text)
   return path;
 }
 
-// Four paths with a strain of 2.5e-4 per step or a fifth of it.
+// Four paths. The strain per step is 2.5e-4, or 5e-5 in the path constant_p.
 const std::string FOUR_PATHS = R"(# four tests of a laboratory
 path oedometer
 stage rate yy -0.5 until strain yy < -0.002
@@ -114,8 +114,8 @@ TEST(PathsOfFixRve, EachAtomFollowsItsPathAndTheRunEndsWithTheLast)
   EXPECT_EQ(script.compute("cycles").at(4), 1.0);
   EXPECT_NEAR(script.compute("xy").at(4), -0.001, step);
 
-  // An RVE does not change after its path has ended. A path that fix_modify reads from the script
-  // starts from its beginning.
+  // An RVE does not change after its path has ended. A new path that fix_modify sets starts at its
+  // first stage.
   const std::string state = script.state(1);
   script << "fix_modify grains path_end hold\nrun 5";
   EXPECT_EQ(script.state(1), state);
@@ -171,9 +171,10 @@ TEST(PathsOfFixRve, EndedPathsContinueWhenAContinuedRunChangesThem)
   EXPECT_NEAR(second["yy"], 1e-4, 1e-9);
 }
 
-// The times of some rows are within steps, and the paths continue after the last row. Strains agree
-// with the table. Shear differs from it because the cell also stretches during a step. Bends of the
-// table cause an error of p of less than one per cent.
+// Some rows of the tables have times within a step, and the paths continue after the last row.
+// Normal strains must agree with the table. The shear strain differs slightly, because the cell
+// also stretches during a step. The pressure has an error below one per cent where the slope of the
+// table changes.
 TEST(PathsOfFixRve, FollowTablesFromFiles)
 {
   const std::string strains = written("strains.csv",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs of spheres through LAMMPS scripts, in dimension 3 and, in plane strain, in dimension 2. Also
-// runs under mpirun.
+// RVEs of spheres through LAMMPS scripts: in dimension 3, and in plane strain in dimension 2. The
+// tests also run under mpirun.
 
 #include "comm.h"
 #include "grains_script.h"
@@ -85,7 +85,7 @@ std::string fix_with(const std::string &packing)
   return "fix grains all rve " + packing + " device cpu threads 1 format double ";
 }
 
-/// Computes of all components of the stress, each as s<component>.
+/// Commands for computes of all stress components; the compute of a component is s<component>.
 const std::string STRESSES = [] {
   std::string lines;
   for (const char *c : {"xx", "yy", "zz", "xy", "xz", "yz"})
@@ -101,7 +101,7 @@ TEST(SpheresOfFixRve, StrainedAlongAnAxisOfTheirLatticeHaveItsElasticConstants)
   const rve_test::CubicConstants c = lattice_constants();
   const double error = 5e-3 * c.c11 * strain;
   for (const int dimension : {2, 3}) {
-    // The RVEs strain at a rate for 0.1 s and are then at rest.
+    // The RVEs strain at a constant rate for 0.02 s and are then held at rest.
     const std::string axis = dimension == 2 ? "yy" : "zz";
     GrainsScript script;
     script << atoms_in(dimension) + fix_with(lattice()) + "drive velocity_gradient " + axis + " " +
@@ -172,7 +172,7 @@ TEST(SpheresOfFixRve, QuiescenceAndShadowsSurviveARestart)
   for (const char *component : {"xx", "yy", "zz", "xy", "xz", "yz"})
     EXPECT_EQ(whole.compute(std::string("s") + component).at(2),
               second.compute(std::string("s") + component).at(2));
-  EXPECT_LT(whole.fix_value(3), 4 * 40 * 2.0);    // skipped in most steps
+  EXPECT_LT(whole.fix_value(3), 4 * 40 * 2.0);    // the RVEs are skipped in most steps
   EXPECT_LT(whole.fix_value(12), 0.05);           // deviation from the shadow
 }
 
@@ -221,7 +221,7 @@ TEST(SpheresOfFixRve, AreAvailableToOtherCommands)
   const std::string text = text_of(dump);
   EXPECT_IN("ITEM: BOX BOUNDS abc origin pp pp pp", text);
   EXPECT_IN("ITEM: ATOMS id x y z radius omegax fz contacts", text);
-  EXPECT_IN(" 12\n", text);    // contacts of the last sphere
+  EXPECT_IN(" 12\n", text);    // the last sphere has 12 contacts
 }
 
 TEST(SpheresOfFixRve, OutputRollingAndTwistingResistance)
@@ -241,8 +241,8 @@ TEST(SpheresOfFixRve, OutputRollingAndTwistingResistance)
     const double fn = row[0], overlap = row[1], fr = row[5], mt = row[9];
     EXPECT_NEAR(fr * fr, row[6] * row[6] + row[7] * row[7] + row[8] * row[8], 1e-12 * fn * fn);
     EXPECT_NEAR(row[2] * row[6] + row[3] * row[7] + row[4] * row[8], 0.0, 1e-5 * fn);
-    // The rolling limit holds for spring and dashpot together. Twisting has no dashpot here. Its
-    // moment is limited by the friction over the contact area. The reduced radius is at most half
+    // The twisting moment is at most 2/3 mu a f_n, with the friction mu = 0.4, the normal force f_n
+    // and the radius a = sqrt(R overlap) of the contact area. R is the reduced radius, at most half
     // of the largest radius.
     EXPECT_LE(std::fabs(mt),
               1.001 * 2.0 / 3.0 * 0.4 * std::sqrt(0.5 * RADIUS * overlap) * fn + 1e-15);
@@ -280,7 +280,8 @@ TEST(SpheresOfFixRve, WarningsNameLimitsOfSpheres)
 
 namespace {
 
-/// Returns a column of 2 by 2 points on rollers, with RVEs of spheres, under this surcharge [Pa].
+/// Returns a column of 2 by 2 points with RVEs of spheres. The column stands between rollers and
+/// bears a surcharge [Pa].
 std::string column(const std::string &packing, double surcharge)
 {
   return "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array\n"
@@ -301,8 +302,9 @@ std::string column(const std::string &packing, double surcharge)
 
 TEST(SpheresUnderFixMpm, BalanceASurchargeInPlaneStrain)
 {
-  // The surcharge exceeds the initial stress of the lattice by a hundredth. This is an oedometer
-  // test: the lateral stress increases by C12/C11 times the excess.
+  // The surcharge is a hundredth larger than the initial stress of the lattice. As in an oedometer,
+  // the column has no lateral strain. The lateral stress therefore increases by C12/C11 times the
+  // excess.
   const double more = 0.01 * lattice_pressure();
   const rve_test::CubicConstants c = lattice_constants();
   Script script;

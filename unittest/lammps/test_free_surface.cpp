@@ -23,15 +23,15 @@ const std::string COMPUTES =
     "compute elastic all rve/atom elastic\ncompute xx all rve/atom cell_xx\n"
     "compute yy all rve/atom cell_yy\n";
 
-/// A heap of RVEs under pressure that is not supported. It falls freely for half a metre; then its
-/// points and the ground share grid nodes.
+/// A heap of RVEs under pressure that is not supported. The heap falls freely for half a metre.
+/// Then its points share grid nodes with the ground.
 struct Heap {
   std::string script;
   int points;
   std::string up;
   double size;         ///< area in the plane [m²], volume in space [m³]
-  double thickness;    ///< thickness of cells in the plane [m]; in space cells have a height
-  /// largest number of RVEs in flight that still have contacts, because moving grains collide
+  double thickness;    ///< thickness of the disks [m]; unused in space
+  /// In flight, at most this many RVEs still have contacts, because their moving grains collide.
   int collisions;
 };
 
@@ -97,7 +97,8 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     return script.Script::fix_value("soil", 3) +
         mass * GRAVITY * of_points("xcm(all," + heap.up + ")");
   };
-  // elastic energy of the whole heap, from the energy per cell volume of the packing
+  // The packing gives the elastic energy per volume of its cell. This energy density times the size
+  // of the heap is the elastic energy of the heap.
   const double thickness = heap.up == "z" ? script.per_atom("zz", 0) : heap.thickness;
   const double stored = heap.size * script.per_atom("elastic", 0) /
       (script.per_atom("xx", 0) * script.per_atom("yy", 0) * thickness);
@@ -117,7 +118,7 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     has_landed = has_landed || step * TIMESTEP > 0.3;
     if (!has_landed) {
       EXPECT_LE(fallen, 1e-12) << step;
-      open_in_flight = 0;    // number in the last check
+      open_in_flight = 0;    // only the last check in flight counts
     }
     for (const auto &[id, pressure] : p) {
       EXPECT_GE(pressure, -1e-9 * PRESSURE) << "atom " << id << ", step " << step;
@@ -131,11 +132,13 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     EXPECT_LE(motion_and_height(), at_first * (1.0 + 1e-6)) << step;
   }
 
-  // The other RVEs have contacts because their moving grains collide.
+  // In flight, all but `collisions` RVEs have no contacts. In these few RVEs, moving grains
+  // collide.
   EXPECT_GE(open_in_flight, heap.points - heap.collisions);
   EXPECT_LT(pressure_in_flight, 0.01 * PRESSURE);
-  // A heap of one metre height and 2.2 (spheres: 1.6) t/m^3 that falls at 3 m/s has a momentum of
-  // 6.6 (4.8) kPa s per area. It loses this momentum in less than 0.07 (0.05) s.
+  // The heap is one metre high, has 2.2 t/m^3 (spheres: 1.6) and falls at 3 m/s. Its momentum per
+  // area is 6.6 kPa s (4.8). It loses this momentum in less than 0.07 s (0.05 s), which requires a
+  // pressure of about 1e5 Pa.
   EXPECT_GT(pressure_after, 1e5);
   EXPECT_EQ(script.fix_value(2), 0.0);    // number of frozen RVEs
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The contact laws of LAMMPS' pair_style granular for disks. LAMMPS and an RVE run the same grains,
-// and the RVE reads its material from the same words of pair_coeff. The grains must collide, slide,
-// load and unload with the same forces and torques. Other tests check the values of the words and
-// their errors.
+// and the RVE reads its material from the same words of pair_coeff. While the grains collide,
+// slide, load and unload, forces and torques of both codes must agree. Other tests in this file
+// check the values of the words and error messages.
 
 #include "grains_script.h"
 #include "rve/core/pi.h"
@@ -98,8 +98,8 @@ std::string digits(double x)
   return text;
 }
 
-/// Numbers of each grain at a step: x, y, v_x, v_y, spin, f_x, f_y, torque. Velocities are those
-/// half a step later.
+/// Numbers of each grain at a step: x, y, v_x, v_y, spin, f_x, f_y, torque. Velocities and spins
+/// belong to the time half a step after that of the positions.
 using Step = std::vector<std::vector<double>>;
 enum { X, Y, VX, VY, SPIN, FX, FY, TORQUE, WIDTH_OF_ROW };
 
@@ -200,7 +200,7 @@ struct Law {
 class GranularLaws : public ::testing::TestWithParam<Law> {};
 
 /// Returns forces and torques (N rows of 3) of grains at the positions of step `at`. The velocities
-/// are those from which LAMMPS computed its forces in this step. Advances the histories.
+/// are those half a step earlier, from which LAMMPS computed its forces. Advances the histories.
 template <class ContactLaw, class Histories>
 std::vector<std::array<double, 3>> forces_of(const ContactLaw &law, const Grains &grains,
                                              const Step &at, Histories &histories)
@@ -239,8 +239,8 @@ std::vector<std::array<double, 3>> forces_of(const ContactLaw &law, const Grains
 
 }    // namespace
 
-/// Returns `step` with another last digit of each number on which forces depend. For a position
-/// this is the last digit of its periodic image across the box.
+/// Returns `step` with a changed last digit of each number on which forces depend. A position
+/// changes by the last digit of its periodic image, whose coordinates have the size of the box.
 Step with_other_last_digits(Step step, rve_test::Random &random)
 {
   const double digit_of_image = std::nextafter(WIDTH, 1.0) - WIDTH;
@@ -253,7 +253,7 @@ Step with_other_last_digits(Step step, rve_test::Random &random)
   return step;
 }
 
-/// Returns the largest difference over all grains, of the torques if `torques` is true, else of the
+/// Returns the largest difference over all grains: of torques if `torques` is true, otherwise of
 /// force components.
 double largest_difference(const std::vector<std::array<double, 3>> &some,
                           const std::vector<std::array<double, 3>> &others, bool torques)
@@ -265,7 +265,8 @@ double largest_difference(const std::vector<std::array<double, 3>> &some,
   return largest;
 }
 
-// Takes the configurations step by step from a LAMMPS run. Forces in them differ only by rounding.
+// A LAMMPS run gives the positions and velocities of each step. The law computes the forces of this
+// step from them. Both forces must agree except for rounding errors.
 TEST_P(GranularLaws, GiveTheForcesOfLammpsInTheSameConfiguration)
 {
   const std::string words = GetParam().words;
@@ -276,13 +277,13 @@ TEST_P(GranularLaws, GiveTheForcesOfLammpsInTheSameConfiguration)
   rve::with_law(material, [&](auto law) {
     using ContactLaw = decltype(law);
     typename ContactLaw::Constants constants;
-    constants.set(material, rve::LawUnits::same(), 0.0);    // arms of LAMMPS
+    constants.set(material, rve::LawUnits::same(), 0.0);    // lever arm r of LAMMPS
     law.take(constants);
     using Histories = std::map<std::pair<int, int>, typename ContactLaw::History>;
     constexpr int kTwins = 8, kSteps = 600;
     Histories histories, twin_histories[kTwins];
     rve_test::Random random(21);
-    rve_test::RoundingErrors compared[2];    // one of forces and one of torques
+    rve_test::RoundingErrors compared[2];    // 0: forces, 1: torques
     for (int step = 0; step < kSteps; ++step) {
       const Step at = lammps.after(1);
       std::vector<std::array<double, 3>> expected;
@@ -326,8 +327,8 @@ TEST_P(GranularLaws, GiveTheForcesAndTorquesOfLammps)
     sliding += static_cast<int>(std::lround(in_contact * rve.result().sliding_fraction));
     sticking += static_cast<int>(std::lround(in_contact * (1.0 - rve.result().sliding_fraction)));
     // Positions are rounded to 1e-17 m, which is 1e-13 of an overlap. Collisions amplify this
-    // error. The amplification is largest if a contact begins with a nearly vanishing overlap,
-    // since a displacement is divided by the root of the overlap.
+    // error. The amplification is largest for a contact that begins with a nearly vanishing
+    // overlap, since the force then depends on a displacement divided by the root of the overlap.
     const double tolerance = step < 300 ? 1e-10 : 5e-9;
     for (int column = 0; column < WIDTH_OF_ROW; ++column) {
       double scale = largest(expected, column);
@@ -419,7 +420,8 @@ TEST(GranularWords, NumericalStiffnessesAreUnchanged)
   EXPECT_EQ(material.mindlin_displacement, 0.0);
   EXPECT_EQ(material.local_damping, 0.2);
 
-  // For e = 1 nothing is dissipated; the default of LAMMPS is viscoelastic damping.
+  // With a restitution of 1, nothing is dissipated. Without the word `damping`, LAMMPS uses
+  // viscoelastic damping.
   material = material_of("contact hertz 2e9 1 tangential mindlin 0 0 0 damping coeff_restitution");
   EXPECT_EQ(material.restitution_damping, 0.0);
   material = material_of("contact hertz 2e9 3e6 tangential mindlin 0 0 0");
@@ -474,13 +476,13 @@ TEST(GranularWords, ArgumentsOfAnotherLawAreErrors)
 {
   const std::string hertz = "contact hertz/material 1e9 0.5 0.2 tangential mindlin NULL 0.5 0.4 "
                             "damping coeff_restitution ";
-  // A stiffness of hooke does not apply to contacts with another law.
+  // kn is the stiffness of hooke. It cannot be set for contacts with the law hertz.
   const std::string message = message_of(FOUR_ATOMS + FIX + "dt 1e-6 " + hertz +
                                          "\nrun 0\nfix_modify grains kn 1e6\nrun 0");
   EXPECT_IN("normal stiffness", message);
   EXPECT_IN("hertz", message);
 
-  // all contacts of a fix have the same law
+  // All contacts of a fix must have the same law.
   const std::string packing = path_of("hertz.rve");
   RveState state = rve::read_packing(PACKING);
   state.material = material_of(hertz);

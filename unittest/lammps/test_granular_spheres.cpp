@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The contact laws of LAMMPS' pair_style granular between spheres in a triclinic periodic box.
-// LAMMPS runs the spheres. In each of its configurations, the laws of an engine must give the same
-// forces and torques. The engine reads its material from the same words of pair_coeff.
+// LAMMPS runs the spheres. For the positions and velocities of each step, the contact laws of an
+// engine must give the same forces and torques. The engine reads its material from the same words
+// of pair_coeff.
 //
-// LAMMPS differs from the engine in two points. The test applies LAMMPS' form of both:
-// - It computes the surface velocity by spins with the contact normal at the end of a step instead
-//   of its middle. It projects histories onto the plane of the new normal with their length kept,
-//   and does not rotate them about the normal (vector_spring.h states the error).
-// - A twisting moment beyond its limit gets the direction of the twisting velocity instead of
-//   keeping its own. It changes sign if the limit decreases while the grains twist back.
+// LAMMPS differs from the engine in two points. In both, the test uses the form of LAMMPS:
+// - For the surface velocity by spins, LAMMPS uses the contact normal at the end of a step. The
+//   engine uses the normal at the middle of the step. LAMMPS projects histories onto the plane of
+//   the new normal, keeps their length and does not rotate them about the normal (vector_spring.h
+//   states the error).
+// - If a twisting moment exceeds its limit, LAMMPS gives the moment the direction of the twisting
+//   velocity. In the engine the moment keeps its direction. In LAMMPS the moment changes sign if
+//   the limit decreases while the grains twist back.
 
 #include "grains_script.h"
 #include "lammps/material_arguments.h"
@@ -45,7 +48,8 @@ struct Grains {
   std::vector<Vector> place, velocity, spin;
 };
 
-/// Returns a sheared, disturbed cubic array; some grains touch, and all will touch later.
+/// Returns a sheared cubic array with random displacements. Some grains touch at the start, and all
+/// grains touch later.
 Grains random_grains()
 {
   rve_test::Random random(20);
@@ -78,8 +82,8 @@ std::string digits(const Vector &v)
   return digits(v[0]) + digits(v[1]) + digits(v[2]);
 }
 
-/// Numbers of a grain at a step. The velocities are those half a step earlier, from which the
-/// forces were computed.
+/// Numbers of a grain at a step. The velocities belong to the time half a step before that of the
+/// positions; LAMMPS computed the forces from them.
 struct Grain {
   Vector place, velocity, spin, force, torque;
 };
@@ -146,8 +150,9 @@ class GranularScript : public Script {
   }
 };
 
-/// Returns the branch between touching grains, to the nearest image. Touching grains are at most a
-/// quarter of the box apart, so their fractional coordinates differ by less than one half.
+/// Returns the branch from one of two touching grains to the nearest image of the other. Touching
+/// grains are at most a quarter of the box apart, so their fractional coordinates differ by less
+/// than one half.
 Vector branch_between(const Vector &from, const Vector &to)
 {
   static const Tensor3 inverse_box = rve::inverse(BOX_MATRIX);
@@ -177,7 +182,7 @@ void project(rve::RollingHistory<Contact, rve::TurningHistory<double, 3>> &histo
   project(history.turning.rolling, n);
 }
 
-/// Errors of forces (0) and torques (1), and events of the contacts.
+/// Errors of forces (index 0) and torques (index 1), and counts of contact events.
 struct Comparison {
   rve_test::RoundingErrors of[2];
   int sliding = 0, sticking = 0, rolled = 0, twisted = 0;
@@ -203,7 +208,7 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
       }
       auto &history = histories[{i, j}];
       project(history, contact.normal);
-      // dt = 0 gives the normal at the end of the step.
+      // With dt = 0 the function uses the normal at the end of the step, as LAMMPS does.
       auto moving =
           rve::motion_at_contact(law, contact, one, other, rve::Tensor<double, 3>::zero(), 0.0);
       moving.turn = {Vector::zero(), 0.0};
@@ -228,8 +233,8 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
     }
 }
 
-/// Returns grains with another last digit of each number on which forces depend. For a position
-/// this is the last digit of its periodic image across the box.
+/// Returns grains with a changed last digit of each number on which forces depend. A position
+/// changes by the last digit of its periodic image, whose coordinates have the size of the box.
 std::vector<Grain> with_other_last_digits(std::vector<Grain> grains, rve_test::Random &random)
 {
   const double digit_of_image = std::nextafter(WIDTH, 1.0) - WIDTH;
@@ -294,7 +299,7 @@ template <class Work> void with_law_of_lammps(const Material &material, const Wo
 {
   rve::with_law<3>(material, [&](auto law) {
     typename decltype(law)::Constants constants;
-    constants.set(material, rve::LawUnits::same(), 0.0);    // arms of LAMMPS
+    constants.set(material, rve::LawUnits::same(), 0.0);    // lever arm r of LAMMPS
     law.take(constants);
     work(law);
   });
@@ -311,7 +316,7 @@ class GranularSpheres : public ::testing::TestWithParam<Law> {};
 
 TEST_P(GranularSpheres, HaveTheForcesOfLammpsInTheFirstStep)
 {
-  // Contacts have no history yet.
+  // In the first step, contacts have no history yet.
   const std::string words = GetParam().words;
   GranularScript lammps(random_grains(), words);
   with_law_of_lammps(lammps.material(words), [&](const auto &law) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A constitutive law with state variables that is defined only in this file. Its state variables
-// must stay bitwise equal in runs, on several ranks, with sorting and in restart files, and must be
-// readable by name. Also runs under mpirun.
+// A constitutive law with state variables, which only this file defines. The state variables must
+// be readable by name. They must stay bitwise equal in runs, on several ranks, with sorting and in
+// restart files. The tests also run under mpirun.
 
 #include "mpm/law_table.h"
 #include "mpm/midpoint_increment.h"
@@ -19,9 +19,9 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// Linear elasticity with a cap on the mean stress in the plane. Stresses beyond the
-/// preconsolidation pressure p_c cause plastic compression ε_p. It increases p_c as in Cam-clay,
-/// but linearly, and reduces the shear modulus by the factor 1 - d/2 with the damage d = ε_p/(ε_p +
+/// Linear elasticity with a cap on the mean stress in the plane. If the mean pressure exceeds the
+/// preconsolidation pressure p_c, the material gets a plastic compression ε_p. p_c increases
+/// linearly with ε_p. The shear modulus is multiplied by 1 - d/2 with the damage d = ε_p/(ε_p +
 /// 1e-3).
 class CappedElastic : public mpm::Constitutive<2> {
  public:
@@ -64,7 +64,7 @@ class CappedElastic : public mpm::Constitutive<2> {
     return lame_first_ + 2.0 * shear_modulus_;
   }
 
-  /// Name of the second state variable. A test changes it, as another version of the law might.
+  /// Name of the second state variable. A test changes it to imitate another version of the law.
   static std::string &last_name()
   {
     static std::string name = "plastic_strain";
@@ -87,8 +87,8 @@ const bool is_in_table = [] {
 const std::string SETTINGS = "pair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n"
                              "neigh_modify every 5 delay 0 check no\ntimestep 0.005\n";
 
-/// Returns the fix mpm of ground into which a plate is pressed. The ground is elastic below. Above,
-/// it is Mohr-Coulomb material on the left and capped material on the right.
+/// Returns the fix mpm of ground into which a plate is pressed. The lower ground is elastic. The
+/// upper ground is Mohr-Coulomb material on the left and capped material on the right.
 std::string footing(const std::string &columns = "column preconsolidation column damage ")
 {
   return "fix soil all mpm 1.0 model ground elastic 1.0e6 0.3 "
@@ -111,14 +111,14 @@ std::string scene()
       SETTINGS;
 }
 
-// columns of the fix follow x, y, vx, vy
+// The columns of the fix follow x, y, vx, vy.
 constexpr int SZZ = 4 + 15, EPS_P = 4 + 16, PRECONSOLIDATION = 4 + 17, DAMAGE = 4 + 18;
 
 class LawScript : public Script {
  public:
   using Script::Script;
 
-  /// Returns the local points of this rank.
+  /// Returns the atom IDs of the points of this rank.
   std::set<tagint> mine() const { return {lmp->atom->tag, lmp->atom->tag + lmp->atom->nlocal}; }
 
   Rows points()
@@ -199,7 +199,7 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
   first << scene() + footing() + "run 300\nwrite_restart " + path + "\n";
   const std::string read = "read_restart " + path + "\n" + SETTINGS;
 
-  // The laws are in another order, and the columns are omitted.
+  // The other fix has the laws in another order and omits the columns.
   std::string other = footing("");
   const std::string right = "model right capped 5e5 4e5 2e5 ";
   other.erase(other.find(right), right.size());
@@ -210,7 +210,8 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
   for (auto &[id, row] : expected) row.erase(row.begin() + PRECONSOLIDATION);
   EXPECT_EQ(again.points(), expected);
 
-  // Another law does not use these state variables and starts from the present stress.
+  // Another law does not use these state variables. It starts from the present stress of the
+  // points.
   std::string elastic = footing("");
   elastic.replace(elastic.find(right), right.size(), "model right mohr_coulomb 1e6 0.3 1e9 30 5 ");
   plain << read + elastic + "run 0\n";
@@ -220,7 +221,7 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
       EXPECT_EQ(row[SZZ], 0.5 * (row[4 + 3] + row[4 + 4])) << "atom " << id;
     }
 
-  // The state variables of this law have other names than those of the same law in the file.
+  // In the file, the second state variable of this law has another name than now.
   CappedElastic::last_name() = "crushed";
   const std::string message = message_of(read + footing());
   CappedElastic::last_name() = "plastic_strain";
@@ -234,7 +235,8 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
 
 TEST(LawWithMemory, PointsThatChangeTheirLawReinitialise)
 {
-  // The damage of the old law must not be taken for σ_zz of the new one.
+  // The points of group right change from the law capped to another law. Their damage must not be
+  // taken for a state variable of the new law, such as σ_zz.
   LawScript script(MPI_COMM_SELF);
   script << scene() + footing() + "run 300\n";
   const auto before = script.points();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Failures on one rank must end all ranks with one message and without hanging. Warnings of ranks
-// without a log file must be in the log. The tests hold on any number of ranks and run on two.
+// A failure on one rank must end all ranks with one message and without hanging. Warnings of ranks
+// without a log file must appear in the log. The tests are valid for any number of ranks and are
+// run with two.
 
 #include "grains_script.h"
 #include "lammps/collective_error.h"
@@ -31,7 +32,7 @@ int last_rank()
   return ranks - 1;
 }
 
-/// Sets an environment variable of the last rank while it exists.
+/// Sets an environment variable on the last rank and removes it in the destructor.
 class EnvironmentOfLastRank {
  public:
   EnvironmentOfLastRank(const char *name, const char *value) : name_(name)
@@ -282,7 +283,8 @@ TEST(RefusedFixModify, OnOneRankIsRefusedOnAll)
   plain << begin + end;
   script << begin;
   {
-    // Each rank makes an engine with rolling resistance.
+    // Rolling resistance requires a new engine on each rank. On the last rank the wrong limit makes
+    // this fail.
     const EnvironmentOfLastRank limit("GPU_RVE_MEMORY_LIMIT", "abc");
     EXPECT_IN(
         "GPU_RVE_MEMORY_LIMIT",

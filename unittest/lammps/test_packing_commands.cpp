@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// create_rve and write_rve: errors before anything runs, output paths, and warnings. Also tests the
-// images of packings that fix rve makes. Under mpirun every rank runs the scripts alone.
+// create_rve and write_rve: errors before anything runs, output paths, and warnings. The images of
+// packings that fix rve makes are also tested. Under mpirun every rank runs the scripts alone.
 
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_io.h"
@@ -48,7 +48,7 @@ create_atoms 1 single 2.5 2.5 0
 const std::string FIX = "fix grains all rve " EXAMPLE_PACKINGS
                         "/A_h0075.rve threads 1 device cpu dt 5e-5 ";
 
-/// Returns the log of the lines, which must run.
+/// Returns the log of the lines, which must run without an error.
 std::string log_of(const std::string &lines)
 {
   const std::string path = file_of_rank("log");
@@ -133,7 +133,8 @@ TEST(CreateRve, ACellThatIsTooNarrowForItsGrainsHasARemedy)
   EXPECT_NOT_IN("policy freeze", message) << "which create_rve does not have";
 }
 
-// The error comes before the preparation: the recipes alone would fill the memory of most machines.
+// The error comes before the preparation. The list of recipes alone would fill the memory of most
+// machines.
 TEST(CreateRve, LibraryBeyondAllMemoryIsRefused)
 {
   EXPECT_IN("create_rve: a library of 2000000000 packings with 40 grains each is too large; the "
@@ -250,8 +251,8 @@ TEST(FixRve, MissingPackingNamesTheSearchedPathsAndACommand)
 
 // ---- warnings ----
 
-// In SI units with the default thickness of 1 m, the mean overlap would be 6 % of the diameter and
-// the void ratio negative.
+// In SI units with the default thickness of 1 m, the estimated overlap is 0.1 of the diameter. In
+// the packing, the mean overlap would be 6 % of the diameter, and the void ratio would be negative.
 TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
 {
   const std::string message =
@@ -320,7 +321,7 @@ TEST(CreateRve, PackingsOfSpheresAreMadeAndWritten)
              "write_rve grains atom 1 file " + data);
 
   EXPECT_IN("anisotropic load", log);
-  EXPECT_IN("its image", log);    // the others have another direction of the vertical stress
+  EXPECT_IN("its image", log);    // an image can have another vertical stress
   const rve::RveStateOf<3> packing = rve::read_packing<3>(path);
   EXPECT_EQ(packing.num_grains(), 80);
   const rve::Tensor3 stress = rve::spring_stress(packing);
@@ -337,8 +338,8 @@ TEST(CreateRve, SpheresHaveNoThickness)
             message_of("create_rve none.rve shape cube" + RECIPE));
 }
 
-// LAMMPS reads the file of write_rve and computes the stress of the springs from the contacts that
-// it finds itself.
+// LAMMPS reads the data file of write_rve, finds the contacts itself and computes the stress of
+// their springs.
 TEST(WriteRve, LammpsFindsTheStressOfSpheres)
 {
   const std::string path = file_of_rank("read.rve"), data = file_of_rank("read.data");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // random_field through LAMMPS scripts: bitwise equal values on any number of ranks, commands that
 // use the property, and messages for wrong input. Under mpirun every rank also runs the script
-// alone and compares.
+// alone, and both results are compared.
 
 #include "script.h"
 
@@ -15,7 +15,7 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// 12 by 8 points in a box of 6 by 4; no point is on a node of a grid of these tests. Ranks divide
+/// 12 by 8 points in a box of 6 by 4. No point is on a node of a grid of these tests. Ranks divide
 /// y, so that the IDs do not depend on the number of ranks.
 const std::string points =
     "units si\ndimension 2\nboundary f p p\natom_style atomic\nprocessors 1 * 1\n"
@@ -108,7 +108,8 @@ TEST(RandomField, ValuesMigrateWithAtomsAndSurviveARestart)
 
   EXPECT_EQ(script.property("phi"), before);
   EXPECT_EQ(second.property("phi"), before);
-  // Atoms that have crossed the periodic side are wrapped again.
+  // Atoms have crossed the periodic side. The command must wrap them into the box before it
+  // evaluates the field.
   EXPECT_NO_THROW(script << field);
   MPI_Barrier(MPI_COMM_WORLD);
   std::remove("test_random_field.restart");

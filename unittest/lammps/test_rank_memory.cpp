@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Memory that the ranks of one machine share: each rank reads the numbers that the others write.
+// Memory that the ranks of one machine share. Each rank must read the numbers that the others
+// write.
 
 #include "lammps/rank_resources.h"
 

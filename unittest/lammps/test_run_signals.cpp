@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// SIGTERM and SIGINT during a run. The run ends after its present step and writes the restart file
-// of the script. Under mpirun only the last rank gets the signal.
+// SIGTERM and SIGINT during a run. The run must end after the present step and write the restart
+// file of the script. Under mpirun only the last rank gets the signal.
 
 #include "fix_external.h"
 #include "library.h"
@@ -71,7 +71,7 @@ bool on_last_rank()
   return rank() == size - 1;
 }
 
-/// A script whose run gets a signal in the middle of a step.
+/// A script that sends itself a signal in the middle of a given step.
 class SignalledScript : public Script {
  public:
   void raise_in_step(bigint step, int signal)
@@ -90,13 +90,13 @@ class SignalledScript : public Script {
   {
     auto *script = static_cast<SignalledScript *>(self);
     if (step != script->when) return;
-    script->when = -1;    // only once: the setup of the next run has the same step
+    script->when = -1;    // only once, because the setup of the next run has the same step
     if (on_last_rank()) std::raise(script->what);
   }
 };
 
-/// Returns the error message of the lines, which all ranks run together, or an empty string if they
-/// run.
+/// Runs the lines on all ranks together. Returns the error message, or an empty string without an
+/// error.
 std::string message_of(Script &script, const std::string &lines)
 {
   try {
@@ -117,8 +117,9 @@ auto handler_of(int signal)
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
 
 /// Returns the step N of the message "`who` ended the run after step N...". On one rank a signal in
-/// `step` ends the run after this step. Several ranks synchronise at least in steps 1, 2, 4, 8 and
-/// so on, so the run ends in the next of these steps at the latest.
+/// `step` must end the run after this step. Several ranks synchronise at least in steps 1, 2, 4, 8
+/// and so on. There the run must end at the latest in the first of these steps that is not before
+/// `step`.
 bigint end_of_run(const std::string &who, const std::string &message, bigint step)
 {
   const std::string words = who + " ended the run after step ";
@@ -194,7 +195,7 @@ TEST(RunSignals, WithoutARestartCommandTheMessageSaysSo)
 
   const bigint end = end_of_run("SIGTERM", message, 5);
   EXPECT_IN("; there is no restart file, since the script has no restart command", message);
-  // A program that catches the error may continue: the signal ends only one run.
+  // A program that catches the error is allowed to run on. The signal ends only one run.
   EXPECT_EQ(message_of(script, "run 3"), "");
   EXPECT_EQ(script.lmp->update->ntimestep, end + 3);
 }
@@ -206,7 +207,7 @@ TEST(RunSignals, ASignalInTheLastStepOrInTheSetupIsNotLost)
   last.raise_in_step(4, SIGTERM);
   EXPECT_IN("SIGTERM ended the run after step 4", message_of(last, "run 4"));
 
-  // The signal comes in the setup of the callback. Fixes that are older are already set up then.
+  // The signal comes while LAMMPS sets up fix external. Fix rve is older and is already set up.
   setup << FOUR_ATOMS + GRAINS + "run 2";
   setup.raise_in_step(2, SIGTERM);
   EXPECT_IN("SIGTERM ended the run after step 2", message_of(setup, "run 0"));
@@ -231,7 +232,8 @@ TEST(RunSignals, RunsWithoutSetupReactToo)
   EXPECT_EQ(message_of(script, "run 2"), "");
 }
 
-// nohup ignores signals, and shells ignore them for background jobs.
+// A caller can start LAMMPS with an ignored signal: nohup ignores SIGHUP, and shells ignore SIGINT
+// for background jobs. A run must not react to an ignored signal.
 TEST(RunSignals, IgnoredSignalsStayIgnored)
 {
   const auto before = std::signal(SIGINT, SIG_IGN);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// compute rve/contact/local and dump rve/grain: their contacts and grains agree with compute
-// rve/atom, for atoms on any rank. Also tests errors of both styles.
+// compute rve/contact/local and dump rve/grain. Their contacts and grains must agree with compute
+// rve/atom, whichever rank has the atom. Errors of both styles are also tested.
 
 #include "comm.h"
 #include "grains_script.h"
@@ -44,7 +44,7 @@ enum {
 struct Frame {
   std::map<std::string, std::size_t> column;
   std::vector<std::vector<double>> rows;
-  std::vector<double> box;    // all numbers of the three lines
+  std::vector<double> box;    // numbers of the three lines of BOX BOUNDS
 
   double operator()(std::size_t row, const std::string &name) const
   {
@@ -84,7 +84,7 @@ Frame last_frame(const std::string &path)
 
 class ContactsScript : public Script {
  public:
-  /// Returns compute s of atom 3 on every rank.
+  /// Returns the columns of compute s for atom 3, on every rank.
   std::vector<double> answer()
   {
     LAMMPS_NS::Compute *s = lmp->modify->get_compute_by_id("s");
@@ -116,8 +116,8 @@ class ContactsScript : public Script {
   }
 };
 
-/// Expects that Love's sum over the rows is the stress of the RVE, and that the rows agree with the
-/// number of contacts and the sliding fraction of compute rve/atom.
+/// Checks the contacts of compute rve/contact/local. Love's sum over them must be the stress of the
+/// RVE. Their number and the fraction of sliding contacts must agree with compute rve/atom.
 void expect_contacts_of_the_rve(ContactsScript &script)
 {
   const auto rows = script.contacts();
@@ -130,17 +130,17 @@ void expect_contacts_of_the_rve(ContactsScript &script)
     stress[3] += row[ForceY] * row[BranchX];
     sliding += row[Sliding];
     EXPECT_EQ(row[Atom], 3.0);
-    // The force on the first grain follows from the normal and the tangential force.
+    // The components of the force on the first grain follow from its normal and tangential parts.
     EXPECT_NEAR(row[ForceX], -row[Fn] * row[NormalX] - row[Ft] * row[NormalY], 1e-9 * row[Fn]);
     EXPECT_NEAR(row[ForceY], -row[Fn] * row[NormalY] + row[Ft] * row[NormalX], 1e-9 * row[Fn]);
   }
   const double area = says[4] * says[7] - says[5] * says[6];
   const double scale = std::fabs(says[0]) + std::fabs(says[1]);
-  // format double rounds forces to 1e-9 of the largest
+  // Format double rounds forces to 1e-9 of the largest force.
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(script.sum(stress[k]) / (area * THICKNESS), says[k], 1e-8 * scale) << k;
   EXPECT_EQ(script.sum((double) rows.size()), says[8]);
-  // the two fractions differ by contacts that stick at more than 0.999 of their limit
+  // The two fractions differ by the contacts that stick and have more than 0.999 of their limit.
   EXPECT_NEAR(script.sum(sliding) / says[8], says[9], 0.01);
   EXPECT_GT(script.sum(sliding), 20.0);    // the strain makes some contacts slide
 }
@@ -158,8 +158,9 @@ TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
   expect_contacts_of_the_rve(script);
 }
 
-// In the plane the contact fabric tensor is C = 4 (<n n> - 1/2), with the mean over contact normals
-// n. The normal, tangential and rolling elastic energies add up to the whole.
+// In the plane, the contact fabric tensor is C = 4 (<n n> - 1/2), with the contact normal n and the
+// mean <> over contacts. The normal, tangential and rolling elastic energies add up to the total
+// elastic energy.
 TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
 {
   ContactsScript script;
@@ -175,7 +176,7 @@ TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
   EXPECT_GT(std::fabs(says[1]), 1e-3);
   EXPECT_GT(says[5], 0.01 * says[7]);
   EXPECT_NEAR(says[4] + says[5] + says[6], says[7], 1e-7 * says[7]);
-  // Disks have radii of 2.5 to 5 mm.
+  // Radii are between 2.5 and 5 mm, so the mean length of branch vectors is between 5 and 10 mm.
   EXPECT_NEAR(says[8], 7.5e-3, 2.5e-3);
   EXPECT_GT(says[9], 0.0);
 }
@@ -233,7 +234,7 @@ TEST(RveGrains, DumpedGrainsTouchAtTheContacts)
 
   ASSERT_EQ(frame.rows.size(), (std::size_t) says[10]);
   ASSERT_EQ(frame.box.size(), 12u);
-  EXPECT_EQ(frame.box[0], says[4]);    // columns of H are the cell vectors
+  EXPECT_EQ(frame.box[0], says[4]);    // the columns of the cell matrix H are the cell vectors
   EXPECT_EQ(frame.box[1], says[6]);
   EXPECT_EQ(frame.box[4], says[5]);
   EXPECT_EQ(frame.box[5], says[7]);
@@ -256,7 +257,7 @@ TEST(RveGrains, DumpedGrainsTouchAtTheContacts)
     force[first] += row[ForceX];
     force[second] -= row[ForceX];
   }
-  if (!rows.empty())    // the rank that has the RVE
+  if (!rows.empty())    // only the rank that has the RVE
     for (std::size_t i = 0; i < frame.rows.size(); ++i) {
       EXPECT_EQ(frame(i, "id"), i + 1.0);
       EXPECT_EQ(frame(i, "contacts"), contacts[i]);

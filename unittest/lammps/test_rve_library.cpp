@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Libraries of packings through LAMMPS scripts: create_rve writes them, and fix rve chooses
-// packings from them. The result must not depend on the number of ranks and the order of atoms.
-// Also tests messages for wrong input. Under mpirun every rank also runs the script alone.
+// packings from them. The chosen packings must not depend on the number of ranks or the order of
+// atoms. Messages for wrong input are also tested. Under mpirun every rank also runs the script
+// alone.
 
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
@@ -45,7 +46,7 @@ const std::string &library()
   return path;
 }
 
-/// Removes the library after the last test if the process has run tests of this file.
+/// Removes the library file after the last test of the process, if tests of this file have run.
 struct RemoveLibrary : ::testing::Environment {
   void TearDown() override
   {
@@ -88,7 +89,7 @@ std::vector<double> void_ratios()
   return list;
 }
 
-/// Returns the index of the packing with this void ratio; all void ratios differ.
+/// Returns the index of the packing with this void ratio. The void ratios of all packings differ.
 int packing_with(double void_ratio)
 {
   const std::vector<double> all = void_ratios();
@@ -282,7 +283,9 @@ TEST(PackingImage, PointsGetTheStressOfTheImage)
   for (const auto &one : image_xx) {
     const tagint id = one.first;
     const int image = id % 8;
-    const double rounding = 2e4 * 1e-5;    // rounding of p: sums of floats in another order
+    // Both scripts add up the contact forces in float, but in another order. This is the rounding
+    // error of the stress.
+    const double rounding = 2e4 * 1e-5;
     EXPECT_NEAR(one.second, image % 2 ? yy.at(id) : xx.at(id), rounding);
     // Shear stress changes sign under a quarter turn and under a mirror.
     EXPECT_NEAR(image_xy.at(id), (image % 2 ? -yx.at(id) : xy.at(id)) * (image >= 4 ? -1 : 1),
@@ -307,8 +310,8 @@ TEST(MassScalingOfLibraries, IncreasesTheStableStepOfAllPackingsAndKeepsTheirStr
   EXPECT_NEAR(heavy.fix_value("grains", 8), 2.0 * step, 1e-12 * step);
   for (const char *what : {"e", "sxx", "sxy"}) EXPECT_EQ(light.compute(what), heavy.compute(what));
 
-  // The states of all points differ in mass_depth only, whether the point has a packing or an
-  // image.
+  // In both scripts a point has the same packing and image. The materials differ only in
+  // mass_depth.
   for (const int id : {1, 40, 96}) {
     const auto material = [&](Script &script) {
       script << "write_rve grains atom " + std::to_string(id) + " file test_rve_heavy format rve";
@@ -339,8 +342,8 @@ TEST(MassScalingOfLibraries, GivenTimeStepIsCheckedWithTheScaledMass)
 
 TEST(KnobsOnLibraries, AreTheSameOnAnyNumberOfRanks)
 {
-  // Points on the left are quiescent, points on the right are not. Shadows are chosen by ID, as
-  // packings and images are.
+  // Points on the left are quiescent, points on the right are not. The atom ID determines the
+  // packing, the image and whether an RVE has a shadow.
   const std::string keywords = "drive velocity_gradient yy v_rate packing_random 1 packing_image "
                                "random 2 mass_scaling 4 substeps adaptive 1e-6 1e-3 quiescent 5e-5 "
                                "stress average 2 3 shadow 5 2";

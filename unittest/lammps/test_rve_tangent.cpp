@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// compute rve/tangent gives each atom the tangent of its RVE on any rank, does not change the run,
-// and refuses wrong input.
+// compute rve/tangent. Each atom must get the tangent of its own RVE on any rank, the run must not
+// change, and wrong input must be refused.
 
 #include "grains_script.h"
 #include "macro/tangent_probes.h"
@@ -57,7 +57,8 @@ template <int D> macro::ProbedTangentOf<D> tangent_of(const std::string &path)
 
 TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
 {
-  // The group has two atoms; the run has strained all four at different rates.
+  // The group of the compute has two of the four atoms. In the run all four have had different
+  // strain rates.
   TangentScript script(MPI_COMM_SELF);
   script << SCENE;
   const std::string path = file_of_rank("state.rve");
@@ -77,8 +78,8 @@ TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
   EXPECT_EQ(row[5], part.poisson());
   EXPECT_EQ(row[6], part.shear);
   EXPECT_EQ(row[7], part.anisotropy);
-  // The second-order work is that along the strain rate D of atom 3: yy -0.15 and xy 0.1. The
-  // compute takes D from the stretch of a step, which differs from the rate by the strain of a
+  // The second-order work is evaluated for the strain rate D of atom 3: yy -0.15 and xy 0.1. The
+  // compute takes D from the stretch of a step. This D has a relative error of the strain of a
   // step, 1e-4.
   const rve::Tensor2 rate{{0.0, 0.05, 0.05, -0.15}};
   EXPECT_NEAR(row[8], rve_test::second_order_work(tangent, rate), 1e-5 * row[8]);
@@ -92,9 +93,9 @@ TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
   EXPECT_EQ(row[14], expected.nonlinearity);
   EXPECT_EQ(row[15], part.lambda);
   EXPECT_EQ(row[16], expected.unrest);
-  EXPECT_LT(row[16], 1e-5);    // the default tolerance
+  EXPECT_LT(row[16], 1e-5);    // the default tolerance of the compute
   EXPECT_EQ(row[17], expected.steps);
-  EXPECT_GE(row[17], 500.0);    // at least the steps of one strain
+  EXPECT_GE(row[17], 500.0);    // one probe strain takes at least 500 DEM steps
   EXPECT_EQ(row[18], expected.changed_contacts);
 
   EXPECT_NE(rows.at(1), row);
@@ -127,15 +128,16 @@ TEST(RveTangent, OfSpheresHasAllComponents)
   EXPECT_NEAR(row[1], cubic(1, 1, 2, 2), tolerance);
   EXPECT_NEAR(row[2], cubic(1, 2, 1, 2), tolerance);
   EXPECT_NEAR(row[3], 0.0, tolerance);
-  // A cubic lattice has several equivalent directions; the result is one of them, with a normal of
-  // length 1.
+  // In a cubic lattice several directions are equivalent. The compute returns any one of them, so
+  // only the range of its z component is checked.
   EXPECT_LE(std::fabs(row[4]), 1.0);
   EXPECT_EQ(row[5], 1.0);
 }
 
 TEST(RveTangent, OfSpheresIsThatOfTheRveOfEachAtom)
 {
-  // The strain has four components, so that no two directions of the lattice stay equivalent.
+  // Four components of the strain differ from zero, so that no two directions of the lattice stay
+  // equivalent.
   const std::string lattice = file_of_rank("sheared.rve"), path = file_of_rank("state.rve");
   rve::write_packing(lattice,
                      rve_test::face_centred_cubic(rve_test::of_spheres(rve_test::linear_springs()),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Colliding spheres have the same motion in the engine and in LAMMPS' pair_style granular. They
-// start without contacts, so that their velocities are constant at first. The engine and LAMMPS
-// define velocities half a step apart, which therefore makes no difference.
+// Colliding spheres must have the same motion in the engine and in LAMMPS' pair_style granular. The
+// engine and LAMMPS define velocities half a step apart. The spheres start without contacts, so
+// velocities are constant at first and this difference has no effect.
 
 #include "rve/engine/contact_model.h"
 #include "script.h"
@@ -34,7 +34,7 @@ std::string digits(double x)
   return text;
 }
 
-/// Returns spheres without contacts; with `in_plane` they move in a plane and spin about its
+/// Returns spheres without contacts. If `in_plane` is true, they move in a plane and spin about its
 /// normal.
 Spheres gas(const rve::Material &material, bool in_plane)
 {
@@ -89,7 +89,7 @@ class Lammps : public Script {
 /// Differences between the engine and LAMMPS after a run.
 struct Difference {
   double place = 0.0;    ///< [m]
-  double spin = 0.0;     ///< spin at the middle of a step, as in the engine [1/s]
+  double spin = 0.0;     ///< difference of spins at the middle of a step [1/s]
 };
 
 Difference difference(Spheres state, const std::string &law, int steps)
@@ -140,7 +140,7 @@ rve::Material springs(double friction)
 
 }    // namespace
 
-// Both programs round differently, and each collision amplifies the difference about tenfold.
+// The programs round differently. Each collision amplifies the difference about tenfold.
 
 TEST(MotionOfSpheres, WithoutFrictionAgreesWithLammps)
 {
@@ -153,8 +153,8 @@ TEST(MotionOfSpheres, WithoutFrictionAgreesWithLammps)
 
 TEST(MotionOfSpheres, InAPlaneWithFrictionAgreesWithLammps)
 {
-  // In a plane, spin axes are normal to the contact normals, and no contact rotates about its
-  // normal.
+  // If all spheres move in a plane, spin axes are perpendicular to the contact normals, and no
+  // contact rotates about its own normal.
   const Difference found =
       difference(gas(springs(0.4), true),
                  "hooke 1e5 0 tangential linear_history 8e4 0 0.4 damping velocity", 1600);
@@ -165,8 +165,9 @@ TEST(MotionOfSpheres, InAPlaneWithFrictionAgreesWithLammps)
 
 TEST(MotionOfSpheres, InSpaceWithFrictionDiffersByTermsThatLammpsOmits)
 {
-  // LAMMPS omits two terms: the rotation about the normal, and the normal at the middle of a step.
-  // Spins are about 100 rad/s and collisions last a millisecond.
+  // LAMMPS omits the rotation of forces about the normal, and uses the normal at the end of a step
+  // instead of its middle. The differences follow from spins of about 100 rad/s and collisions of a
+  // millisecond.
   const Difference found =
       difference(gas(springs(0.4), false),
                  "hooke 1e5 0 tangential linear_history 8e4 0 0.4 damping velocity", 400);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The DEM time step of fix rve through LAMMPS scripts: which RVE determines the stability bound,
-// and when the fix checks it. The tests run on one and on several ranks.
+// The DEM time step of fix rve through LAMMPS scripts. The tests check which RVE determines the
+// stability bound and when the fix checks the bound. They run on one and on several ranks.
 
 #include "engine/test_states.h"
 #include "fix_rve_impl.h"
@@ -23,7 +23,8 @@ namespace {
 
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
 
-// An automatic time step above this fraction of the stability bound is lowered by the check.
+// If the ratio of the automatic time step to the stability bound exceeds this number, the check
+// lowers the step.
 constexpr double MARGIN = 0.95;
 
 const std::string TWO_ATOMS = R"(units si
@@ -39,7 +40,7 @@ create_atoms 1 single 1.5 0.5 0
 variable second atom id-1
 )";
 
-/// Returns a packing with many contacts and a tenth of the stiffness of loose_packing().
+/// Returns a packing with many contacts, whose stiffness is a tenth of that of loose_packing().
 std::string soft_packing()
 {
   const std::string path = file_of_rank("soft.rve");
@@ -94,8 +95,8 @@ std::string two_packings(const std::string &rest)
       " packing_variable v_second threads 1 substeps 10 " + rest + "\n";
 }
 
-/// Returns the file of a packing of disks with Hertz contacts. They stiffen under pressure while
-/// their number hardly changes. Each rank makes the packing once.
+/// Returns the file of a packing of disks with Hertz contacts. Under pressure the contacts stiffen,
+/// while their number hardly changes. Each rank makes its packing once.
 std::string hertz_packing()
 {
   static const std::string path = [] {
@@ -110,7 +111,8 @@ std::string hertz_packing()
   return path;
 }
 
-/// Returns a script with one RVE of Hertz contacts that is compressed for 40 steps and then held.
+/// Returns a script with one RVE with Hertz contacts. The RVE is compressed for 40 steps and then
+/// held.
 std::string hertz_compressed(const std::string &words)
 {
   return "units si\ndimension 2\nboundary p p p\natom_style atomic\n"
@@ -164,7 +166,8 @@ TEST(TimeStep, OfTheUserEndsTheRunIfOneNetworkIsUnstable)
   EXPECT_IN("of the RVE of atom 2 at step", message);
 }
 
-// The first RVE exceeds its overlap limit and is frozen with the most contacts of all.
+// The first RVE exceeds its overlap limit and is frozen. At that time it has more contacts than the
+// second RVE.
 TEST(TimeStep, FrozenRveDoesNotHideOthers)
 {
   TimeStepScript script;
@@ -179,8 +182,8 @@ TEST(TimeStep, FrozenRveDoesNotHideOthers)
   EXPECT_GE(script.step(), 0.8 * MARGIN * script.bound(2));
 }
 
-// A loose packing allows a long time step. The step is too long once the packing is dense, and must
-// then decrease before the next regular check.
+// A loose packing allows a long time step. When the packing is dense, this step is too long. It
+// must decrease before the next regular check.
 TEST(TimeStep, FollowsNewContactsBeforeTheNextCheck)
 {
   TimeStepScript script;
@@ -194,8 +197,8 @@ TEST(TimeStep, FollowsNewContactsBeforeTheNextCheck)
   EXPECT_LE(script.step(), script.bound(2));
 }
 
-// Hertz contacts stiffen while their number is constant. If the automatic step followed only at the
-// next regular check, the held packing would keep a kinetic energy of 0.06 J.
+// Hertz contacts stiffen while their number is constant. If the automatic time step decreased only
+// at the next regular check, the compressed and held packing would keep a kinetic energy of 0.06 J.
 TEST(TimeStep, FollowsStiffeningContactsBeforeTheNextCheck)
 {
   TimeStepScript script(MPI_COMM_SELF), checked_every_step(MPI_COMM_SELF);
@@ -226,7 +229,8 @@ TEST(TimeStep, OfADividedRunOfHertzContactsIsThatOfTheWhole)
   EXPECT_EQ(rve::serialize(whole.state(1)), rve::serialize(parts.state(1)));
 }
 
-// If the user's time step becomes too large, the run ends in that step, for any interval of checks.
+// If the time step of the user becomes too large, the run must end in that step, whatever the
+// interval of regular checks is.
 TEST(TimeStep, OfTheUserEndsTheRunAsSoonAsContactsHaveStiffened)
 {
   TimeStepScript probe(MPI_COMM_SELF);
@@ -238,11 +242,12 @@ TEST(TimeStep, OfTheUserEndsTheRunAsSoonAsContactsHaveStiffened)
 
   EXPECT_IN("is above the stability bound", late);
   EXPECT_GT(step_in(soon), 0);
-  // The contact force may increase by a third between two checks.
+  // Between regular checks, the fix checks the bound when the contact force has increased by a
+  // third. The run can therefore end a few steps later.
   EXPECT_LE(step_in(late), step_in(soon) + 3);
 }
 
-// A LAMMPS step has so many DEM steps that contacts stiffen within it.
+// One LAMMPS step has so many DEM steps that contacts stiffen during the step.
 TEST(TimeStep, WarnsIfContactsStiffenWithinOneStep)
 {
   {
@@ -266,7 +271,8 @@ TEST(TimeStep, DoesNotDependOnRanks)
   EXPECT_EQ(together.bound(2), alone.bound(2));
 }
 
-// Checks at the beginning and end of a run change nothing, so a divided run equals the whole one.
+// The checks at the beginning and at the end of a run change nothing. A divided run must therefore
+// equal the whole run.
 TEST(TimeStep, OfADividedRunIsThatOfTheWhole)
 {
   const std::string lines = COMPRESS +
@@ -341,8 +347,8 @@ static std::string log_of_collision(const std::string &dt)
   return text_of(log);
 }
 
-// If a contact lasts few steps, it loses energy that no dashpot dissipates. The energy balance
-// shows this.
+// If a contact lasts only few DEM steps, the time integration loses energy that no dashpot
+// dissipates. The energy balance shows this loss.
 TEST(TimeStep, WarnsOfAnOpenEnergyBalance)
 {
   const std::string warning = "the error of the energy balance is";

@@ -131,8 +131,7 @@ TEST_P(MotionInSpace, InternalForcesGiveTheNodesNeitherMomentumNorAngularMomentu
   EXPECT_GT(size, 0.5) << "forces there are";
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(force[c], 0.0, 1e-14 * size);
-    // The moment is zero since Σ x ⊗ ∇N = I and stresses are symmetric. Linear weights are
-    // evaluated at least 2^-24 cells away from nodes.
+    // The moment is zero since Σ x ⊗ ∇N = I and stresses are symmetric.
     EXPECT_NEAR(moment[c], 0.0, 1e-13 * size);
   }
 }
@@ -177,7 +176,9 @@ TEST_P(MotionInSpace, UniformVelocityGradientStrainsAndRotatesUniformly)
       (40.0 * trace(strain)) * Tensor3::identity() + 80.0 * strain;
   int interior = 0;
   for (int p = 0; p < scene.size(); ++p) {
-    bool inside = true;    // two cells from the surface, since its forces extend over one of them
+    // Only points at least two cells inside are compared. The unbalanced forces at the surface act
+    // on nodes up to one cell inside.
+    bool inside = true;
     for (int c = 0; c < 3; ++c) inside = inside && std::abs(scene.position[3 * p + c] - 1.25) < 0.2;
     if (!inside) continue;
     ++interior;
@@ -304,8 +305,8 @@ TEST(ColumnInSpace, CompressedByAThirdOfItsHeightHasTheClosedForm)
   EXPECT_LT(fine, 5e-3);
   for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(error(8, axis), coarse, 1e-9);
 
-  // Boxes that follow their points do not overlap where the column is compressed. As in the plane,
-  // the order is higher by one.
+  // The boxes of CPGIMP are compressed with their points and do not overlap. As in the plane, the
+  // order is higher by one than that of GIMP, whose boxes keep their size.
   const Errors followed = errors(8, 2, mpm::ShapeFunction::Cpgimp),
                finer = errors(16, 2, mpm::ShapeFunction::Cpgimp);
   printf("column in space, boxes that follow: place %.3e %.3e, order %.2f; stress %.3e %.3e, order "
@@ -328,9 +329,9 @@ struct SpinningSphere {
   double q;    ///< ρω²/(5 (1-ν)(7+5ν))
   Vec3 axis;
 
-  /// Returns the stress that balances the centrifugal force ρω²(x, y, 0). The axis is along z, and
-  /// the surface has no traction. The displacements are polynomials of third degree (Chree 1889,
-  /// Trans. Camb. Phil. Soc. 14, 250).
+  /// Returns the stress at `place`. In local coordinates, whose z is along `axis`, it balances the
+  /// centrifugal force ρω²(x, y, 0). The surface has no traction. The displacements are polynomials
+  /// of third degree (Chree 1889, Trans. Camb. Phil. Soc. 14, 250).
   Tensor3 stress(const Vec3 &place) const
   {
     const double n = poisson, R = radius;
@@ -476,13 +477,13 @@ namespace {
 /// A manufactured solution in space. Rings around the axis z rotate by the angle g(t) h(r, z) with
 ///   g = A (1 - cos 2πt)/2,  h = (1 - r² - z²)³ inside of the unit sphere, else 0.
 /// Each point shears by γ = |Γ| with Γ = r g ∇h, in the plane of e_θ and d = Γ/γ. This plane
-/// rotates with the point, so the solution is the generalized vortex of test_mpm_convergence with
-/// two shears. For the Jaumann rate the stress is
+/// rotates with the point. The generalized vortex of test_mpm_convergence has only the component
+/// Γ_r; here the component Γ_z is added. For the Jaumann rate the stress is
 ///   σ = μ sin γ (e_θ ⊗ d + d ⊗ e_θ) + μ (1 - cos γ) (e_θ ⊗ e_θ - d ⊗ d).
 /// The balance of momentum requires the body force per mass
 ///   b = -r (g' h)² e_r + r h g'' e_θ - div σ/ρ.
 struct VortexInSpace {
-  static constexpr double AMPLITUDE = 0.15;    ///< A: γ up to 0.13
+  static constexpr double AMPLITUDE = 0.15;    ///< A [radian]; γ is at most 0.13
   double shear_modulus, density;
 
   /// Returns the rotation angle of a ring. Vectors and stresses below have components along e_r,

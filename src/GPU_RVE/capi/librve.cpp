@@ -101,8 +101,8 @@ void copy_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacit
   std::memcpy(bytes, saved.data(), saved.size());
 }
 
-/// Returns the parameter with this keyword of the material of a packing. Throws InputError if there
-/// is none.
+/// Returns the material parameter of a packing with this keyword. Throws InputError if the material
+/// has no such parameter.
 rve::MaterialMember parameter_of(const rve_packing &packing, const char *keyword)
 {
   return std::visit(
@@ -147,8 +147,8 @@ enum class Arrays { OnHost, OnEither };
 template <class Number> class CallerArray {
  public:
   /// Copies the `count` values of an input array from the device if the array is there. With
-  /// Arrays::OnEither, throws InputError, which names the array, if the batch is on CPU threads or
-  /// the array is in the memory of another device.
+  /// Arrays::OnEither, the constructor throws InputError in two cases: the batch runs on CPU
+  /// threads, or the array is in the memory of another device. The message names the array.
   CallerArray(const rve_batch &batch, Arrays arrays, Number *array, const char *name,
               std::size_t count) :
       array_(array)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Stationary Gaussian fields by circulant embedding. The regular grid of the field is a part of a
-// periodic grid, the torus, which has at least about twice as many points along each axis. The
-// Fourier transform F diagonalizes the covariance matrix C of the torus:
+// periodic grid, the torus. Along an axis with n grid points, the torus has at least 2 (n - 1)
+// points. The Fourier transform F diagonalizes the covariance matrix C of the torus:
 //   C = F^-1 diag(lambda) F,
 // where lambda are the eigenvalues. If no eigenvalue is negative, the field on the torus is
 //   X = F^-1 diag(sqrt(lambda)) F w,
@@ -28,8 +28,8 @@ struct TorusReport {
   std::int64_t num_rounded = 0;     ///< number in [-tolerance, 0): zero within rounding errors
   double smallest = 0.0, largest = 0.0;
   double tolerance = 0.0;    ///< bound of rounding errors of the transform
-  /// Upper bound of the error of any covariance that results if all negative eigenvalues are set to
-  /// zero [-].
+  /// If negative eigenvalues are set to zero, no covariance between two points changes by more than
+  /// this [-].
   double covariance_error = 0.0;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sums over points on the nodes of the grid. Each sum is a struct with these members:
+// Sums on the nodes of the grid: each node adds up contributions of the points near it, as
+// integers. Each sum is a struct with these members:
 //   KIND          kind of its integers (SumKind)
 //   begin()       sets the scale of the integers
 //   to_nodes()    adds the contributions of a point to its nodes

@@ -1,5 +1,5 @@
-/* A host in C: isotropic strain of an RVE as in a Newton iteration, with two trials from the same
- * state and a commit.
+/* A host program in C. It strains two RVEs isotropically: as in a Newton iteration, it makes two
+ * trials from the same state and commits the second.
  *
  *   c_host <packing> */
 #include <librve.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Uses an RVE, the same RVE at a point, an elastic law of the MPM and a random field, without
-// LAMMPS.
+// Uses four parts of the package without LAMMPS: the engine of an RVE, a macro step of this RVE, an
+// elastic law of the MPM, and a random field.
 //
 //   consumer <packing>
 

@@ -132,8 +132,8 @@ inline namespace RVE_ISA {
       return work;
     }
 
-    /// Reduces the lattice and sets the cell of step k again. No reduction is needed if the plan of
-    /// the step allows displacements, that is if its allowed_squared is not negative.
+    /// Reduces the lattice and sets the cell of step k again. The caller requests a reduction only
+    /// if the plan of step k has a negative allowed_squared.
     static RVE_COLD void reduce_lattice(Block block, CallState<Config> &call, int k)
     {
       const SeenMotions<Config> motion = at_known_addresses<Block>(call.shared).motion;
@@ -157,12 +157,13 @@ inline namespace RVE_ISA {
     }
 
     /// Renumbers the grains. Disks that own the most pairs come first. Spheres with the most
-    /// touching pairs come first. The threads of a warp, or the lanes of a pack, then skip the same
-    /// slots together. This saves a quarter of all evaluations of slots for spheres, and a sixth
-    /// for disks. Disks with the same number of pairs are numbered row by row of the search grid,
-    /// so that neighbouring threads still read neighbouring grains after many lists. The new
-    /// numbers are in work.proposal; the pairs are not moved yet. The stored state keeps its order
-    /// until the call ends successfully.
+    /// touching pairs come first. Each grain has Config::owned_pairs slots, and a slot stores one
+    /// pair or is free. After the renumbering, the threads of a warp, or the lanes of a pack, skip
+    /// the same slots together. For spheres a quarter of all evaluations of slots is saved, and for
+    /// disks a sixth. Disks with the same number of pairs are numbered row by row of the search
+    /// grid. Neighbouring threads therefore read neighbouring grains even after many rebuilds. The
+    /// new numbers are in work.proposal; the pairs are not moved yet. The stored state keeps its
+    /// order until the call ends successfully.
     static RVE_INLINE void order_grains(Block &block, CallState<Config> &call,
                                         const SharedView<Config> &shared,
                                         const WorkspaceView<Config> &work)

@@ -16,7 +16,9 @@ namespace rve {
 template <KernelVariant variant> auto law_of_script(const Material &material)
 {
   using Law = typename VariantConfig<variant, DoubleNumbers>::Law;
-  constexpr double OF_CONTACT = 0.5;    // lever arm of velocities; no modulus depends on it
+  // In the surface velocity, the lever arm of a spin is r - OF_CONTACT * overlap. Stiffnesses and
+  // spring forces do not depend on it.
+  constexpr double OF_CONTACT = 0.5;
   typename Law::Constants constants;
   constants.set(material, LawUnits::same(), OF_CONTACT);
   Law law{};
@@ -55,10 +57,10 @@ template <int D> double loaded_depth(const Material &material, double diameter)
 
 /// Returns overlap / diameter of two equal grains that a pressure p presses together [-]. The
 /// contact force is p h d for disks of diameter d and thickness h, and p d^2 for spheres. Linear
-/// springs of stiffness k_n give p h / k_n for disks and p d / k_n for spheres. The mean overlap /
-/// sum of radii of a packing is similar. For frictionless stiff disks it is 0.9 of the returned
-/// value. At an overlap of 0.1 it is 0.6 of the returned value, and in loose packings it is a
-/// quarter larger.
+/// springs of stiffness k_n give p h / k_n for disks and p d / k_n for spheres. In a packing at the
+/// pressure p, let the mean of overlap / (sum of radii) be m times the returned value. For
+/// frictionless stiff disks m is 0.9. If the returned value is 0.1, m is 0.6. In loose packings m
+/// is 1.25.
 template <int D = 2> double contact_strain(double pressure, const Material &material, double radius)
 {
   return with_law<D>(material, [&](const auto &law) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangential spring with Coulomb limit: LimitedForce is the result for disks and spheres,
-// LinearTangential the spring of disks. vector_spring.h has the spring of spheres.
+// Tangential spring with Coulomb limit. LinearTangential is the spring of disks; the spring of
+// spheres is in vector_spring.h. Both return a LimitedForce.
 
 #pragma once
 
@@ -9,8 +9,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Force of a spring with a limit after one step. It is a number along the contact of two disks
-  /// and a vector for two spheres.
+  /// Result of one step of a spring whose force is limited. A force is a number along the tangent
+  /// for two disks, and a vector for two spheres.
   template <class Real, class History, int D> struct LimitedForce {
     Spin<Real, D> force;    ///< on grain i [force]
     /// Part of the force that the spring keeps for the next step [force]
@@ -48,8 +48,8 @@ inline namespace RVE_ISA {
       LimitedForce<Real, History, 2> result;
       result.force = Real(capped);
       result.sliding = magnitude >= limit;
-      // The spring of a sticking contact keeps its bits, so that another evaluation gives the same
-      // force.
+      // If the contact sticks, the stored spring is exactly `elastic`. A second evaluation with dt
+      // = 0 then returns the same force, bit for bit.
       result.spring = capped;
       if constexpr (Viscous) {
         if (viscosity != Real(0)) result.spring = result.sliding ? capped - viscous : elastic;
