@@ -8,8 +8,8 @@
 //   J = (v_body - (1 - w) v_in - w v_out) / ((1 - w)² / m_in + w² / m_out).
 // w is the distance of the face from the inner row [cells]. v_in, m_in and v_out, m_out are the
 // velocity and mass of the inner and the outer node. With linear shape functions w is rounded to 0
-// or 1. doc/src/theory_mpm.rst explains this contact, and doc/src/dev_rigid_contact.rst explains the
-// sliding of material on lateral faces. A lateral face that a neighbouring body covers is ignored.
+// or 1. doc/src/theory_mpm.rst explains this contact, and doc/src/dev_rigid_contact.rst the sliding
+// of material on lateral faces. A lateral face that a neighbouring body covers is ignored.
 //
 // A column is under a body if it is within the width of the body, edges included. A column on an
 // edge forms the lateral face there; an edge between two columns has no lateral face. A column is
