@@ -24,7 +24,7 @@ template <class Real> struct Numbers {
   Real root, inverse, reciprocal;
 };
 
-/// Computes the quotient of each x and y and its root.
+/// Results of Divide for a pair of numbers: the quotient x/y and the root of x.
 template <class Real> struct Quotient {
   Real quotient, root;
 };
@@ -50,7 +50,7 @@ std::vector<Quotient<Real>> divide(const std::vector<Real> &x, const std::vector
   return answers.values();
 }
 
-/// Evaluates the functions for each x.
+/// Computes the root of each x, the inverse of the root, and the reciprocal of x.
 template <class Real> struct Evaluate {
   int count;
   const Real *x;
@@ -90,8 +90,8 @@ template <class Real> bool same_bits(const Numbers<Real> &x, const Numbers<Real>
 }
 
 /// Returns the correctly rounded results. They are computed in fp64 and then rounded to fp32. fp64
-/// has more than twice the digits of fp32 plus two, so that this double rounding gives the same
-/// number as one rounding of the exact result.
+/// has 53 binary digits, more than 2 * 24 + 2 with the 24 digits of fp32. Rounding twice therefore
+/// gives the same number as rounding the exact result once.
 Numbers<float> rounded(float x)
 {
   const float root = static_cast<float>(std::sqrt(static_cast<double>(x)));
@@ -121,8 +121,8 @@ using Arithmetic = BlockTest;
 
 TEST_F(Arithmetic, RootAndQuotientsInFp32AreRoundedForEveryMantissa)
 {
-  // The loop covers all 2^24 numbers in [1, 4). All other binades differ from these two only by
-  // powers of four.
+  // The loop covers all 2^24 numbers in [1, 4). Any other positive normal number is one of them
+  // times a power of four.
   constexpr int CHUNK = 1 << 20;
   const float one = 1.0f;
   std::uint32_t bits;
@@ -141,7 +141,7 @@ TEST_F(Arithmetic, RootAndQuotientsInFp32AreRoundedForEveryMantissa)
 
 TEST_F(Arithmetic, RootAndQuotientsInFp32AreRoundedFarFromOne)
 {
-  // squared distances from 10^-18 to 10^18
+  // The numbers cover squared distances from 1e-18 to 1e18.
   Random random(1);
   std::vector<float> x(100000);
   for (float &value : x)
@@ -165,7 +165,7 @@ TEST_F(Arithmetic, RootAndQuotientsInFp64AreThoseOfTheHost)
       above = std::nextafter(above, 2.0 * above);
     }
   }
-  // Numbers next to squares, whose roots are short.
+  // Squares, whose roots have few digits, and their neighbours.
   for (int k = 1; k <= 4096; ++k) {
     const double square = static_cast<double>(k) * k;
     for (const double value : {std::nextafter(square, 0.0), square, std::nextafter(square, 1e9)})
@@ -187,7 +187,7 @@ template <class Real> void expect_quotients_of_the_host(int most)
   std::vector<Real> x(1000000), y(x.size());
   for (std::size_t k = 0; k < x.size(); ++k) {
     x[k] = static_cast<Real>(std::ldexp(random.uniform(1.0, 2.0), random.integer(-most, most)));
-    // In half of the pairs, x and y are close to each other, as the numbers of two consecutive
+    // In half of the pairs, x and y are close to each other, like a quantity in two consecutive
     // steps.
     const double factor = k % 2 ? random.uniform(0.999, 1.001)
                                 : std::ldexp(random.uniform(1.0, 2.0), random.integer(-30, 30));
@@ -236,8 +236,8 @@ TEST_F(Arithmetic, IntegersOf64BitsAreRoundedAsOnTheHost)
   Random random(4);
   std::vector<std::int64_t> integers = {0, std::numeric_limits<std::int64_t>::max(),
                                         std::numeric_limits<std::int64_t>::min()};
-  // Integers of all lengths, and integers next to powers of two. Integers of more than 53 bits lie
-  // between two fp64 numbers, many of them half-way.
+  // Integers of all lengths, and integers next to powers of two. Most integers of more than 53 bits
+  // lie between two fp64 numbers, and many of them lie half-way.
   for (int n = 0; n < 63; ++n) {
     const std::uint64_t power = std::uint64_t(1) << n;
     for (int sample = 0; sample < 10000; ++sample) {

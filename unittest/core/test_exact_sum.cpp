@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The scale of sums whose result does not depend on the order.
+// Tests FixedScale, which converts terms to integers so that their sum does not depend on the
+// order.
 
 #include "rve/core/exact_sum.h"
 

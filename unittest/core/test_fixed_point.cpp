@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fractions of the cell as wrapping integers, and rounding to integers.
+// Tests fractional coordinates that are stored as wrapping integers, and rounding to integers.
 
 #include "rve/core/fixed_point.h"
 #include "support/random.h"
@@ -27,7 +27,7 @@ template <class Format> Integer128 units_in_cell()
   return Integer128(1) << (8 * sizeof(typename Format::Coordinate));
 }
 
-/// Returns the image of `difference` in [-1/2, 1/2) of the cell by adding whole cells.
+/// Adds whole cells to `difference` until it is in [-1/2, 1/2) of a cell.
 Integer128 nearest_image(Integer128 difference, Integer128 cell)
 {
   while (difference >= cell / 2) difference -= cell;
@@ -106,7 +106,7 @@ TYPED_TEST(FractionOfTheCell, UnitTimesCellGivesLength)
       fractional_difference<TypeParam>(Vec<Coordinate, 2>{{quarter, quarter}},
                                        Vec<Coordinate, 2>{{0, 0}});
 
-  EXPECT_EQ(branch[0], 0.625);    // exact: powers of two throughout
+  EXPECT_EQ(branch[0], 0.625);    // exact, since nothing is rounded
   EXPECT_EQ(branch[1], 0.75);
 }
 

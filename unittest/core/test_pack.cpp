@@ -35,7 +35,7 @@ inline void round_one(double x, std::int64_t &q)
   round_to(x, q);
 }
 
-/// Returns numbers that are difficult for conversions and comparisons, followed by random bits.
+/// Returns numbers that are difficult for conversions and comparisons, followed by random numbers.
 template <class T> std::vector<T> awkward_numbers(std::uint64_t seed)
 {
   const double two_31 = 2147483648.0, two_51 = two_31 * 1048576.0, two_63 = two_31 * two_31 * 2.0;
@@ -149,7 +149,7 @@ TYPED_TEST(Packs, ComputeAsOneNumber)
 {
   using T = TypeParam;
   std::vector<T> x = awkward_numbers<T>(4), y = awkward_numbers<T>(5), z = awkward_numbers<T>(6);
-  // Shifts of y against x give every pair of awkward numbers.
+  // Every awkward number in x is combined with every awkward number in y, by shifting y.
   for (std::size_t shift = 0; shift < 45; ++shift)
     for (std::size_t k = 0; k < 45; ++k) {
       x[100 + 45 * shift + k] = x[k];
@@ -188,8 +188,8 @@ TYPED_TEST(Packs, ComputeAsOneNumber)
   }
 }
 
-/// Expects that masking sets all numbers of a record to zero if its lane has no contact, and
-/// changes no other record.
+/// Expects that masking sets all numbers of record k to zero if x[k] is negative, and changes no
+/// other record.
 template <class T, class Number, int K> void expect_masked_records()
 {
   const T x[8] = {1, -1, -2, 0, 3, -4, 5, 6};

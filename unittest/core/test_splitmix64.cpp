@@ -9,7 +9,7 @@ using rve::splitmix64;
 
 TEST(SplitMix64, HasTheKnownOutputsOfTheGenerator)
 {
-  // The k-th output of the generator, k from 0, is the mix of seed + k gamma. Vigna's splitmix64.c
+  // Output k of the generator, counted from 0, is the mix of seed + k gamma. Vigna's splitmix64.c
   // gives these outputs for the seed 1234567.
   constexpr std::uint64_t SEED = 1234567u, GAMMA = 0x9e3779b97f4a7c15u;
   const std::uint64_t outputs[] = {6457827717110365317u, 3203168211198807973u, 9817491932198370423u,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Decisions of TeamChoice on simulated machines. A formula gives the time of a loop, so that the
-// machine that runs the test has no influence.
+// Tests TeamChoice, which chooses between one thread and a team of threads for short loops. The
+// machine is simulated: a formula gives the time of a loop.
 
 #include "rve/core/team_choice.h"
 #include "rve/core/threads.h"
@@ -17,8 +17,8 @@ namespace {
 constexpr int ITEMS = 1000;
 constexpr double ALONE = 40e-6;    // time of a loop with one thread [s]
 
-/// Counts of the loops on a simulated machine: time [s], loops with one thread, all loops, and the
-/// longest sequence of loops with a team.
+/// Totals of a run on a simulated machine: time [s], number of loops with one thread, number of all
+/// loops, and the longest sequence of loops with a team.
 struct Outcome {
   double seconds = 0.0;
   int alone = 0, loops = 0, in_a_row = 0;
@@ -48,8 +48,8 @@ double quiet(bool alone, int threads)
   return alone ? ALONE : ALONE / threads + 2e-6;
 }
 
-/// Returns the time of a loop if other programs use the cores [s]. In a `share` of the loops, a
-/// thread of the team does not run for 4 ms.
+/// Returns the time of a loop if other programs use the cores [s]. In a `share` of the loops, the
+/// team waits 4 ms for a thread that gets no core.
 double busy(bool alone, rve_test::Random &random, double share)
 {
   return alone ? ALONE : ALONE / 2 + (random.uniform(0.0, 1.0) < share ? 4e-3 : 2e-6);
@@ -82,8 +82,9 @@ TEST(TeamChoice, UsesOneThreadIfTheTeamWaits)
   }
 }
 
-/// In at most one of a thousand loops, a thread of the team does not run for 8 ms. The windows with
-/// such a delay are slow, but the team is still faster than one thread on average.
+/// In at most one of a thousand loops, the team waits 8 ms for a thread that gets no core.
+/// TeamChoice times windows of 64 loops. A window with such a wait is slow, but on average the team
+/// is still faster than one thread.
 TEST(TeamChoice, KeepsTheTeamIfWaitsAreRare)
 {
   for (const double share : {1e-4, 1e-3}) {

@@ -67,7 +67,7 @@ TEST(Tensor, IdentityAndTransposeInThreeDimensions)
   expect_same(a * Tensor<double, 3>::identity(), a);
   expect_same(Tensor<double, 3>::identity() * a, a);
   expect_same(transpose(transpose(a)), a);
-  // the same products, added in the same order
+  // Both sides add the same products in the same order.
   expect_same(transpose(a * b), transpose(b) * transpose(a));
 }
 

@@ -135,8 +135,8 @@ TEST(AdhesionAtADistance, EndsAtItsReach)
 
 TEST(AdhesionAtADistance, SoftensAnArray)
 {
-  // sigma_xx = f/(l_y l_z) and df = -f_a/h dl_x, with the attraction f and the distances l of
-  // neighbours along the axes.
+  // sigma_xx = f/(l_y l_z) and df = -f_a/h dl_x, with the attraction f, the distances l of
+  // neighbours along the axes, the pull-off force f_a and the reach h.
   const Material material = sticky();
   const double gap = 0.4 * REACH, l = 2.0 * RADIUS + gap;
   const Spheres state = cubic_with_gaps(material, gap);
@@ -144,19 +144,22 @@ TEST(AdhesionAtADistance, SoftensAnArray)
   const double c11 = -pull(material) / REACH / l, tension = 0.6 * pull(material) / (l * l);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      // The tolerance is that of the integer sums, whose unit allows overlaps as large as grains.
+      // The tolerance is the rounding error of the integer sums. Their unit is coarse, since it
+      // allows overlaps as large as grains.
       EXPECT_NEAR(answer.stiffness.component[4 * i][j], i == j ? c11 : -tension,
                   1e-6 * std::fabs(c11));
 }
 
 TEST(AdhesionAtADistance, GrainsSeparateAfterTheWorkOfAdhesion)
 {
-  // Separation by a gap g takes the work f_a (g - g^2/2h).
+  // Separation by a gap g takes the work f_a (g - g^2/(2 h)), with the pull-off force f_a and the
+  // reach h.
   const Material material = sticky();
   const double escape = escape_velocity(material);
   for (const Format format : {Format::Double, Format::Mixed, Format::Fast}) {
-    // The first kick lasts a whole step, which is half a step too long. This changes the velocity
-    // by 1.25e-4 of the escape velocity. The results change by up to 5/3 of this share.
+    // The first kick lasts a whole step, which is half a step too long. The excess of half a step
+    // changes the velocity by 1.25e-4 of the escape velocity. The relative change of the results is
+    // up to 5/3 times 1.25e-4.
     const double error = format == Format::Fast ? 1e-3 : 3e-4;
     const double fast = 1.25 * escape, slow = 0.8 * escape, dt = REACH / escape / 4000;
     const Spheres leaves = parting(material, 0.0, fast), returns = parting(material, 0.0, slow);
@@ -173,7 +176,7 @@ TEST(AdhesionAtADistance, GrainsSeparateAfterTheWorkOfAdhesion)
       farthest = std::max(farthest, gap_of(held.state()));
     }
     EXPECT_NEAR(farthest, (1.0 - 0.6) * REACH, error * REACH) << to_string(format);
-    // Momentum is conserved to the last bit, although many slots have no partner.
+    // Momentum is conserved to the last bit, although many slots for pairs are empty.
     const Spheres end = held.state();
     for (int a = 0; a < 3; ++a) EXPECT_EQ(end.velocity[a], -end.velocity[3 + a]);
   }
@@ -200,8 +203,8 @@ TEST(AdhesionAtADistance, PullsGrainsIntoContact)
 
 TEST(AdhesionAtADistance, HasNoHistory)
 {
-  // When a pair separates, the energy of its tangential spring dissipates. The bookkeeping counts
-  // it.
+  // When a pair separates, the energy of its tangential spring is lost. The bookkeeping must count
+  // this loss as dissipation.
   Material material = sticky_with_everything();
   material.local_damping = material.normal_viscosity = 0.0;
   Spheres state = disordered_spheres(material, 5, 3);
@@ -330,14 +333,14 @@ TEST(ListOfARecord, IsNotTrustedWithALargerSkinThanItWasBuiltFor)
   whole.strain(stretch, 2e-6, 2000);
   EXPECT_EQ(again.state().fractional, whole.state().fractional);
   EXPECT_EQ(again.state().velocity, whole.state().velocity);
-  // Control: a state whose list is marked as built for this skin, although it was not, misses
-  // contacts.
+  // Control: the list of this state was built for the narrow skin but is marked as built for the
+  // wide skin. The run then misses contacts.
   Spheres claims = deserialize<3>(record.data(), record.size());
   claims.list_margin = wide.skin + REACH;
   SphereRig deceived(claims, wide);
   deceived.strain(stretch, 2e-6, 2000);
   EXPECT_NE(deceived.state().fractional, whole.state().fractional);
-  // An engine with the skin of the list uses the list.
+  // An engine that has the skin for which the list was built uses the list.
   const std::vector<char> same = serialize(SphereRig(first.state(), narrow).state());
   EXPECT_EQ(same, record);
 }
@@ -345,7 +348,7 @@ TEST(ListOfARecord, IsNotTrustedWithALargerSkinThanItWasBuiltFor)
 TEST(AdhesionAtADistance, DoesNotLimitTheTimeStep)
 {
   // Neighbours are within the reach but do not touch. The time step is then limited only by
-  // contacts that may form, as for grains that are far apart.
+  // contacts that can form, as it is for grains that are far apart.
   const Spheres near = cubic_with_gaps(sticky(), 0.5 * REACH),
                 far = cubic_with_gaps(sticky(), 2.0 * REACH);
   EXPECT_EQ(stable_time_step(near), stable_time_step(far));
@@ -368,8 +371,8 @@ TEST(AdhesionAtADistance, InvalidReachIsAnError)
 
 TEST(AdhesionAtADistance, TooLongAReachForTheCellIsAnError)
 {
-  // The cell is slightly wider than two contact distances. The reach makes the contact distance
-  // longer.
+  // The cell is slightly wider than two contact distances without a reach. The reach increases the
+  // contact distance, so that the cell becomes too narrow.
   Material material = sticky();
   std::vector<double> x{0.01, 0.01, 0.01};
   material.adhesion_reach = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Affine motion of the cell and the grains: without forces the motion is affine to rounding.
+// Tests that cell and grains move affinely, except for rounding errors, if no forces act.
 
 #include "support/rve_rig.h"
 
@@ -61,7 +61,7 @@ TEST(AffineMotion, ManyCallsAddUpToTheExponential)
 
     rig.strain(motion.velocity_gradient, 1e-3, 10, 50);
 
-    // 50 products, each rounded to 2^-53
+    // The deformation is the product of 50 increments. Each multiplication is rounded to 2^-53.
     const Tensor2 expected =
         Drive::constant_velocity_gradient(motion.velocity_gradient, 1e-3, 500).deformation;
     expect_near(rig.result().deformation, expected, 50 * 4e-16, motion.name);
@@ -200,7 +200,8 @@ TEST_F(PairAcrossTheBoundary, SlipsByTheVelocityGradientTimesTheBranch)
   const double expected = 1e6 * dt * cross(b, l * b) / size;
   const auto history = histories(rig.state());
   ASSERT_EQ(history.size(), 1u);
-  // L of the straight path Hdot H^-1 and the constant L differ by L^2 dt/2 ~ 3e-6 of L
+  // The cell moves on a straight path, on which L = Hdot H^-1 differs from the constant L by L^2
+  // dt/2. This is about 3e-6 of L.
   EXPECT_NEAR(std::get<2>(history[0]), expected, 1e-5 * std::fabs(expected));
   EXPECT_GT(std::fabs(expected), 1e-4);
 }

@@ -81,8 +81,8 @@ DriveOf<D> shear_at_pressure(const RveStateOf<D> &state, double rate, double dt,
   return drive;
 }
 
-/// Returns the drive of shear_at_pressure() with servo modes: the mean pressure and the differences
-/// of normal stresses.
+/// Returns the drive of shear_at_pressure(), but with servo modes instead of stress components. The
+/// modes control the mean pressure and the differences of normal stresses.
 template <int D>
 DriveOf<D> shear_at_pressure_by_modes(const RveStateOf<D> &state, double rate, double dt,
                                       int substeps)
@@ -116,8 +116,8 @@ Material dry_material()
   return packing_of_400().material;
 }
 
-/// Skin for full_scene() [m]. It exceeds the radii and lists more pairs than the first capacities
-/// hold, so that lists must grow.
+/// Skin for full_scene() [m]. It exceeds the radii. The lists then have more pairs than their
+/// initial capacity and must grow.
 constexpr double WIDE_SKIN = 5e-3;
 
 /// Returns RVEs of different sizes, drives and numbers of substeps.
@@ -192,7 +192,7 @@ std::vector<MemberOf<3>> spheres_on_paths(int side, int count)
   return members;
 }
 
-/// Returns RVEs with few steps, since a block with a single thread of a GPU is slow.
+/// Returns RVEs with few steps, for tests in which a block of a GPU has one thread and is slow.
 std::vector<Member> short_scene()
 {
   RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 1), middle = packing_of_400();
@@ -271,8 +271,8 @@ void expect_same_bits(const OutcomeOf<D> &x, const OutcomeOf<D> &y,
   }
 }
 
-/// Final states, and the short answers of all calls. Calls with short answers have their own
-/// kernels on a GPU.
+/// Final states and responses of all calls. A response (short answer) has only status, number of
+/// contacts and stress. On a GPU, calls that return responses have their own kernels.
 template <int D> struct BriefOutcomeOf {
   std::vector<RveStateOf<D>> states;
   std::vector<std::vector<char>> answers;    // by member
@@ -297,8 +297,9 @@ BriefOutcomeOf<D> play_briefly(EngineOf<D> &engine, const std::vector<MemberOf<D
   return outcome;
 }
 
-/// Makes the same calls on two engines: one returns Results, the other Responses. Expects the same
-/// bits of status, number of contacts, stress and states. Adds a member that fails.
+/// Makes the same calls on two engines, of which `full` returns Results and `brief` returns
+/// Responses. Expects the same bits of status, number of contacts, stress and states. A member that
+/// fails is added to the batch.
 void expect_short_answers(Engine &full, Engine &brief, std::vector<Member> members)
 {
   Member crushed{"crushed", packing_of_400(),
@@ -361,8 +362,8 @@ class CpuAndCuda : public Backends {
 INSTANTIATE_TEST_SUITE_P(Formats, CpuAndCuda,
                          ::testing::Values(Format::Fast, Format::Mixed, Format::Double), name_of);
 
-/// Returns true if the list has grown: it holds more pairs than the slots of the grains and the
-/// first extra list.
+/// Returns true if the list of extra pairs must have grown: the RVE has more pairs than the slots
+/// of its grains and the initial list of extra pairs can hold.
 template <int D> bool has_grown(const ResultOf<D> &result)
 {
   constexpr int owned = D == 2 ? 3 : 4;
@@ -413,7 +414,7 @@ KernelRun run_kernel(const HostKernel<2> &kernel, DeviceState image, const Drive
   return run;
 }
 
-/// Returns a simple shear past a lattice reduction.
+/// Returns a simple shear that is large enough for a lattice reduction.
 DriveRecord<2> kernel_drive()
 {
   DriveRecord<2> drive = DriveRecord<2>();
@@ -501,7 +502,7 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     EXPECT_GE(baseline.detail.progress.lattice_reductions, 1);
     EXPECT_GT(baseline.detail.num_sliding, 20);
     EXPECT_GT(baseline.detail.stiffness[0], 0.0);
-    // States are compared without the signs of zeros. The baseline build may store zeros with other
+    // States are compared without the signs of zeros. The baseline build can store zeros with other
     // signs in numbers that are used only with friction.
     const KernelVariant memory = features_of(one.scene).memory;
     EXPECT_TRUE(serialize(read_device_state(format, baseline.image, memory)) ==
@@ -539,8 +540,8 @@ TEST_P(Backends, SceneOfSpheresGoesThroughRebuildsReductionsGrowthAndSliding)
 
 TEST_P(Backends, ShortAndLongAnswersAndStatesAgree)
 {
-  // The scene `general` has servos and dashpots, `plain` has none of both, and `rolling` also has
-  // rolling resistance.
+  // The scene `plain` has neither servos nor dashpots, `general` has both, and `rolling` has both
+  // and rolling resistance.
   for (const char *scene : {"plain", "general", "rolling"}) {
     SCOPED_TRACE(scene);
     auto members = full_scene(scene != std::string("plain"), scene == std::string("rolling"));
@@ -665,8 +666,8 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
   }
 }
 
-// The batch has more RVEs than a GPU has multiprocessors, with and without servos. One of them has
-// fewer grains than a warp has threads.
+// The batch has more RVEs than a GPU has multiprocessors. Most RVEs have servos. One RVE has fewer
+// grains than a warp has threads.
 TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
 {
   auto members = full_scene(false);
@@ -689,8 +690,8 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
 }
 
 // The first batch has many small RVEs. The other batches have one RVE each, of increasing size. The
-// size and the format decide how a GPU stores grains: one or two per thread in registers, or in
-// memory.
+// size and the format decide where a GPU keeps grains: in registers, with one or two grains per
+// thread, or in memory.
 TEST_P(CpuAndCuda, GiveTheSameSpheresOfAllSizes)
 {
   for (const int side : {5, 6, 9, 11, 13}) {
@@ -827,8 +828,8 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithoutFriction)
   expect_same_bits(on_cpu, on_gpu, members);
 }
 
-/// Returns RVEs of which most make one step. Two make a hundred steps, and one of these two rotates
-/// through several segments of its path.
+/// Returns RVEs for a call in which most of them make one step. Two RVEs make a hundred steps, and
+/// one of these two rotates so far that its path has several segments.
 template <int D> std::vector<MemberOf<D>> few_with_many_steps(const RveStateOf<D> &state, double dt)
 {
   auto strain = Tensor<double, D>::zero(), spin = strain;
@@ -926,8 +927,8 @@ TEST_P(Backends, ReportFreeMemoryAndTheMemoryOfCalls)
   EXPECT_GT(engine->bytes_of_call(1, 4000), engine->bytes_of_call(1, 400));
 }
 
-/// If the estimate is too low, a run fails in its set-up. If it is too high, runs that would fit
-/// are refused.
+/// If the estimate is too low, a run fails in its set-up. If the estimate is too high, the engine
+/// refuses runs that would fit.
 TEST_P(CpuAndCuda, MemoryEstimateCoversTheDeviceAllocation)
 {
   const int count = 20000;

@@ -80,10 +80,10 @@ TEST_F(TwoDiskCollision, CundallDampingScalesTheForceOnApproachAndRebound)
 
     const Collision collision = collide(approaching_disks(RADIUS, material, 0.1), dt);
 
-    // The factor of the force changes from 1+alpha to 1-alpha in the step in which the velocity
-    // changes sign. There the velocity has an error of up to one kick. Since the velocity is nearly
-    // zero, the error of the energy is of second order in w dt = 8e-4. The duration changes by up
-    // to (1+alpha)/(1-alpha) steps.
+    // In the step in which the velocity changes sign, local damping changes the factor of the force
+    // from 1+alpha to 1-alpha. In this step the velocity has an error of up to one kick. Since the
+    // velocity is nearly zero, the error of the energy is of second order in w dt = 8e-4. The
+    // duration changes by up to (1+alpha)/(1-alpha) steps.
     EXPECT_NEAR(collision.restitution, std::sqrt((1.0 - alpha) / (1.0 + alpha)), 1e-5);
     EXPECT_NEAR(collision.duration,
                 0.5 * M_PI / contact_frequency() *
@@ -100,8 +100,8 @@ TEST_F(TwoDiskCollision, DashpotGivesTheRestitutionOfADampedOscillator)
 
     const Collision collision = collide(approaching_disks(RADIUS, material, 0.1), dt);
 
-    // The dashpot uses the velocity of half a step before. The error is of first order in w dt =
-    // 8e-4, times the damping ratio.
+    // The dashpot uses the velocity half a step earlier. The resulting error is of first order in w
+    // dt = 8e-4, times the damping ratio.
     const double damped = contact_frequency() * std::sqrt(1.0 - ratio * ratio);
     EXPECT_NEAR(collision.restitution, std::exp(-ratio * contact_frequency() * M_PI / damped),
                 2.0 * ratio * 8e-4);
@@ -131,8 +131,8 @@ TEST_F(TwoDiskCollision, EveryFormatHasTheRestitution)
     const Collision collision =
         collide(approaching_disks(RADIUS, material, 0.1), 10.0 * dt, format);
 
-    // In `fast`, each of 400 steps rounds the overlap of 3e-5 m: by 0.1 m / 2^32 = 2e-11 m for a
-    // position, and to fp32. A step changes the restitution by at most 1e-6.
+    // In `fast`, each of 400 steps rounds positions to 0.1 m / 2^32 = 2e-11 m and the overlap of
+    // 3e-5 m to fp32. The roundings of a step change the restitution by at most 1e-6.
     EXPECT_NEAR(collision.restitution, std::sqrt(0.7 / 1.3), 4e-4) << to_string(format);
   }
 }
@@ -148,14 +148,16 @@ TEST_F(TwoDiskCollision, GrossSlidingTransfersTheCoulombImpulse)
   const Collision collision =
       collide(approaching_disks(RADIUS, material, normal_velocity, tangential_velocity), dt);
 
-  // The impulse J = mu m* (1 + e) v_n acts on the centres along the tangent. With the lever arm r
-  // it also acts on the moments of inertia I = m r^2/2. The second disk moves down relative to the
-  // first, so that friction on it points up, and both disks rotate clockwise.
+  // The impulse J = mu m* (1 + e) v_n changes the velocities of the centres along the tangent. The
+  // angular impulse r J, with the radius r, changes the spins of the disks, whose moments of
+  // inertia are I = m r^2/2. The second disk moves down relative to the first. Friction on the
+  // second disk therefore points up, and both disks rotate clockwise.
   EXPECT_NEAR(collision.restitution, 1.0, 1e-5);
   EXPECT_NEAR(collision.tangential_change, 0.1 * 2.0 * normal_velocity, 1e-5 * normal_velocity);
   EXPECT_NEAR(std::fabs(collision.spin), 0.1 * 2.0 * normal_velocity / RADIUS,
               1e-5 * normal_velocity / RADIUS);
-  // Clockwise is the sense in which the surfaces would roll: first disk up, second disk down.
+  // The first disk moves up and the second disk moves down. Disks that roll on each other in this
+  // way rotate clockwise.
   EXPECT_LT(collision.spin, 0.0);
 }
 
@@ -176,9 +178,9 @@ TEST_F(TwoDiskCollision, ObliqueImpactConservesAngularMomentum)
 
   rig.strain(Tensor2::zero(), dt, 8000);
 
-  // The lever arms of both torques add up to the branch vector, so that forces and torques balance
-  // at every instant. Two errors remain: the rounding of torques to integers, 2^-52 of the largest
-  // torque, and the half step between positions and velocities.
+  // The lever arms of both torques add up to the length of the branch vector, so that the torques
+  // balance the couple of the forces at every instant. Two errors remain: the rounding of torques
+  // to integers, 2^-52 of the largest torque, and the half step between positions and velocities.
   ASSERT_EQ(rig.result().num_contacts, 0);
   EXPECT_NE(rig.state().spin[0], 0.0);
   EXPECT_NEAR(angular_momentum(rig.state()) / angular_momentum(before), 1.0, 1e-9);

@@ -80,8 +80,8 @@ TEST(Momentum, IsConservedToTheLastBitForPowerOfTwoMassesAndStep)
   const double radius = 0x1p-8;
   material.density = density_for_mass(radius, 0x1p-3);
   RveState state = disturbed_grid(8, material, radius, 1e-5);
-  // The force unit is so coarse that sums of forces and velocities fit 53 bits: the largest force
-  // of 10 N is 2^52 / 2^12 units.
+  // The unit of force is so coarse that sums of forces and velocities fit 53 bits. The largest
+  // force, 10 N, is only 2^52 / 2^12 = 2^40 units.
   state.largest_contact_force = 10.0 * 4096.0;
   RveRig rig(state);
 
@@ -206,8 +206,8 @@ TEST(Energy, UndampedFrictionlessGrainsKeepTheirEnergy)
   rig.strain(Tensor2::zero(), 2e-6, 5000);
 
   // The kinetic energy belongs to a time half a step before the elastic energy. The sum therefore
-  // oscillates by w dt/2 ~ 1e-2 of the energy that motion and springs exchange, which is a
-  // thirtieth of the total energy.
+  // oscillates by w dt/2 ~ 1e-2 of the energy that motion and springs exchange. The exchanged
+  // energy is a thirtieth of the total energy.
   EXPECT_NEAR(rig.result().elastic_energy + rig.result().kinetic_energy, energy, 3e-4 * energy);
   EXPECT_GT(rig.result().kinetic_energy, 1.5 * before.kinetic_energy);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Benchmarks of one contact with closed forms, after Chung & Ooi, Granular Matter 13, 643 (2011),
-// for disks with linear springs. The numbers in the section headings are the numbers of their
-// tests. A disk of a hundred times the mass replaces their wall. The closed forms are those of a
+// for disks with linear springs. The section headings have the test numbers of Chung & Ooi. A disk
+// with a hundred times the mass of the other disk replaces their wall. The closed forms apply to a
 // pair of disks.
 //
 // If the environment variable GPU_RVE_WRITE_CURVES names a folder, the curves of oblique impacts
@@ -188,9 +188,10 @@ constexpr double SLOW = 1e-6;
 
 /// Returns the bound of the error of velocities after an impact, relative to `speed`, the largest
 /// speed before the impact. The last step of the contact contributes (w dt)^2/8 (see
-/// ForceFollowsTheHalfSineInEveryFrame). The steps in which sliding begins and ends contribute as
-/// much. The closed form neglects the rotation of the line of centres. Its measured error is half
-/// of this angle, which is proportional to the speed.
+/// ForceFollowsTheHalfSineInEveryFrame). The steps in which sliding begins and ends together
+/// contribute the same amount. The closed form neglects the rotation of the line of centres.
+/// According to measurements, this adds an error of half the angle of rotation, which is
+/// proportional to the speed.
 double impact_error(const DiskPair &pair, int steps, double speed)
 {
   const double turn = speed * M_PI / frequency(pair) / std::min(pair.radius[0], pair.radius[1]);
@@ -202,7 +203,7 @@ double radians(double degrees)
   return degrees * M_PI / 180.0;
 }
 
-Motion oblique(double speed, double angle)    ///< angle from the normal
+Motion oblique(double speed, double angle)    ///< angle between velocity and normal
 {
   return {speed * std::cos(angle), speed * std::sin(angle), {0.0, 0.0}};
 }
@@ -212,9 +213,9 @@ Motion oblique(double speed, double angle)    ///< angle from the normal
 // ---- 1, 2: elastic normal impact
 
 // A head-on collision is exactly linear. In step k, the leapfrog scheme gives the overlap v dt
-// sin(k theta)/sin(theta), with sin(theta/2) = w dt/2. The engine differs from this only by
-// rounding. The half sine of the continuous oscillator differs by (w dt)^2/8 in amplitude and by k
-// (w dt)^3/24 in phase.
+// sin(k theta)/sin(theta), with sin(theta/2) = w dt/2. The overlap in the engine differs from this
+// formula only by rounding. The half sine of the continuous oscillator differs from the formula by
+// (w dt)^2/8 in amplitude and by k (w dt)^3/24 in phase.
 TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
 {
   const double speed = 0.1;
@@ -250,8 +251,8 @@ TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
     EXPECT_NEAR(largest_overlap * omega / speed, 1.0, 0.3 * std::pow(omega * dt, 2)) << frame.name;
     EXPECT_NEAR(in_contact * dt, M_PI / omega, 1.01 * dt) << frame.name;
     // The leapfrog scheme conserves c^2 + w^2 delta_k delta_(k+1), with the approach velocity c and
-    // the overlap delta_k of step k. If the last overlap is delta and the gap after it is v dt -
-    // delta, the final speed is too large by at most the share (w dt)^2/8.
+    // the overlap delta_k of step k. If the last overlap is delta and the gap one step later is v
+    // dt - delta, the final speed is too large, by at most (w dt)^2/8 of itself.
     EXPECT_GE(-after.approach / speed, 1.0 - 1e-10) << frame.name;
     EXPECT_LE(-after.approach / speed, 1.0 + 0.13 * std::pow(omega * dt, 2)) << frame.name;
     EXPECT_NEAR(after.tangential / speed, 0.0, 1e-10) << frame.name;
@@ -283,7 +284,7 @@ TEST(NormalImpact, UnequalDisksExchangeMomentumAndEnergy)
       const double error = 0.13 * std::pow(M_PI / steps, 2);    // error of the leapfrog, see above
       EXPECT_NEAR(worst.see(v1 / speed - (m1 - m2) / (m1 + m2)), 0.0, error + 1e-10) << frame.name;
       EXPECT_NEAR(worst.see(v2 / speed - 2.0 * m1 / (m1 + m2)), 0.0, error + 1e-10) << frame.name;
-      // Both disks get the same integers as forces.
+      // Both disks get the same integer as force, with opposite signs.
       EXPECT_NEAR((m1 * v1 + m2 * v2) / (m1 * speed), 1.0, 1e-12) << frame.name;
     }
   }
@@ -292,8 +293,8 @@ TEST(NormalImpact, UnequalDisksExchangeMomentumAndEnergy)
 // ---- 3: restitution by a dashpot
 
 // The damping ratio for the restitution e is zeta = -ln e/sqrt(pi^2 + ln^2 e). The contact law
-// allows tension. After the phase pi - 2 asin(zeta) the dashpot attracts the disks, until the
-// overlap vanishes.
+// allows tension. After the phase pi - 2 asin(zeta), the force of the dashpot exceeds the force of
+// the spring. The disks then attract each other until the overlap vanishes.
 TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
 {
   const double speed = 0.1;
@@ -317,8 +318,8 @@ TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
       pushing += trace(result.stress) < 0.0;
     } while (rig.result().num_contacts > 0);
 
-    // The dashpot uses the velocity of half a step before. The error is of first order in w dt,
-    // times the damping ratio.
+    // The dashpot uses the velocity half a step earlier. The resulting error is of first order in w
+    // dt, times the damping ratio.
     const double error = 2.0 * zeta * omega * dt;
     EXPECT_NEAR(worst.see(-motion_of(rig.state(), frame).approach / speed - restitution), 0.0,
                 error)
@@ -330,8 +331,8 @@ TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
 
 // ---- 4, 5: oblique impact
 
-// The closed forms of the next three tests do not need the times of sliding and sticking. They test
-// the oracle too.
+// The next three tests have closed forms that do not contain the times at which sliding begins and
+// ends. These tests also check the oracle (oracle/linear_impact.h).
 TEST(ObliqueImpact, GrossSlidingTransfersTheCoulombImpulse)
 {
   // For k_t = k_n the contact slides throughout if tan(angle) > mu (6 - k_n/k_t) = 5 mu.
@@ -344,8 +345,8 @@ TEST(ObliqueImpact, GrossSlidingTransfersTheCoulombImpulse)
 
       const Motion after = collide(material, pair, before, 1000);
 
-      // The impulse J = mu 2 m* v_n acts on the centres and, with the lever arm r, on the inertias
-      // I = m r^2/2.
+      // The impulse J = mu 2 m* v_n changes the velocities of the centres. The angular impulse r J,
+      // with the radius r, changes the spins of the disks with the inertia I = m r^2/2.
       const double impulse = friction * 2.0 * pair.mass_eff() * before.approach;
       const Motion exact{-before.approach,
                          before.tangential - impulse / pair.mass_eff(),
@@ -357,9 +358,9 @@ TEST(ObliqueImpact, GrossSlidingTransfersTheCoulombImpulse)
     }
 }
 
-// For k_t = k_n/3, tangential and normal spring have the same frequency. The contact lasts half a
-// period, which reverses the slip. Gross sliding begins at tan(angle) = 3 mu, so that the whole
-// curve has a closed form.
+// For k_t = k_n/3, the tangential and the normal oscillation have the same frequency. The contact
+// lasts half a period, which reverses the slip. From tan(angle) = 3 mu on, the contact slides
+// throughout. The whole curve therefore has a closed form.
 TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
 {
   const double friction = 0.4;
@@ -374,7 +375,7 @@ TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
     const double exact = std::tan(radians(angle)) < 3.0 * friction
         ? -before.tangential
         : before.tangential - 6.0 * friction * before.approach;
-    // The slip is the sum of three velocities.
+    // The slip is the sum of three velocities, whose errors add up.
     EXPECT_NEAR(worst.see((rebound - exact) / SLOW), 0.0, 3.0 * impact_error(pair, 1000, SLOW))
         << angle;
     EXPECT_NEAR(exact_rebound(material, pair, before).tangential,
@@ -384,8 +385,8 @@ TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
 
 // For k_t = 4/3 k_n, the tangential frequency is twice the normal one. The contact lasts a whole
 // tangential period, so that the disks have their initial tangential velocity again and no spin.
-// This requires that the contact sticks: (2/3)(v_t/v_n) |sin 2s| < mu sin s with s = w t, or
-// tan(angle) < 3/4 mu.
+// The contact must stick throughout. This requires (2/3)(v_t/v_n) |sin 2s| < mu sin s for all s = w
+// t, or tan(angle) < 3/4 mu.
 TEST(ObliqueImpact, TwiceTheFrequencyGivesTheSlipBack)
 {
   const double friction = 1.0;
@@ -556,8 +557,8 @@ TEST(SpinningImpact, WithoutSlipThereIsNoFriction)
 
     const Motion after = collide(material, pair, before, 1000);
 
-    // The lever arms are shorter than the radii by half the overlap, which is 1e-7 of the radius.
-    // The slip is this share of r w.
+    // The lever arms are shorter than the radii by half the overlap. This length is 1e-7 of the
+    // radius, so that the slip is 1e-7 of r w.
     const Motion exact{-SLOW, before.tangential, {before.spin[0], before.spin[1]}};
     const Motion rebound{-SLOW, after.tangential, {after.spin[0], after.spin[1]}};
     EXPECT_LT(worst.see(difference(pair, rebound, exact, SLOW)), 1e-6);
@@ -570,24 +571,26 @@ namespace {
 
 /// A compressed column of six disks, alternately large and small, which closes through the periodic
 /// boundary. The tangential forces on a disk from the neighbours above and below cancel, and their
-/// torques add up. Therefore only the spins change, and the load stays. The surface velocity of
-/// every contact is a_1 w_1 + a_2 w_2, with the spins w and the lever arms a = r - overlap/2.
+/// torques add up. Therefore only the spins change, and the load stays constant. The surface
+/// velocity of every contact is a_1 w_1 + a_2 w_2, with the spins w and the lever arms a = r -
+/// overlap/2.
 struct Column {
   double overlap;
   DiskPair pair = disks(0.005, 0.004);
 
   double arm(int kind) const { return pair.radius[kind] - 0.5 * overlap; }
   double surface_velocity(const double *spin) const { return arm(0) * spin[0] + arm(1) * spin[1]; }
-  /// Returns the mass m_r in the equation of motion m_r v' = -f of the surface velocity v. Each
-  /// disk has two contacts [mass].
+  /// Returns the mass m_r [mass] in the equation of motion m_r v' = -f, with the surface velocity v
+  /// and the tangential force f of a contact. Each disk has two contacts.
   double mass() const
   {
     double compliance = 0.0;
     for (int i = 0; i < 2; ++i) compliance += 2.0 * arm(i) * arm(i) / pair.inertia(i);
     return 1.0 / compliance;
   }
-  /// Returns the spin of the disks `kind` in the final state of rolling. The torque divided by the
-  /// lever arm is the same for all disks, so that I_1 w_1/a_1 - I_2 w_2/a_2 is conserved.
+  /// Returns the spin of the disks in the final state of rolling. `kind` is 0 for the large disks
+  /// and 1 for the small disks. The torque divided by the lever arm is the same for all disks, so
+  /// that I_1 w_1/a_1 - I_2 w_2/a_2 is conserved.
   double rolling_spin(int kind, const double *spin) const
   {
     const double conserved =
@@ -616,8 +619,8 @@ struct Column {
 }    // namespace
 
 // Without dashpots the tangential spring is first loaded up to the limit mu N, with the normal
-// force N. Then the spins decrease at the rate 2 mu N a/I until the surfaces stop. The energy of
-// the spring then makes the spins oscillate about the state of rolling.
+// force N. Then the spins decrease at the rate 2 mu N a/I until the surface velocity is zero. The
+// energy of the spring then makes the spins oscillate about the state of rolling.
 TEST(RollingTransition, SpinsSlowDownByFrictionUntilTheSurfacesStop)
 {
   const Column column{1e-6};
@@ -633,7 +636,7 @@ TEST(RollingTransition, SpinsSlowDownByFrictionUntilTheSurfacesStop)
     if (t < stopped) return v1 - limit / mass * (t - loaded);
     return -limit / (mass * omega) * std::sin(omega * (t - stopped));
   };
-  const auto spin_of = [&](int kind, double velocity) {    // equal torques per arm
+  const auto spin_of = [&](int kind, double velocity) {    // torque / lever arm is equal for both
     return spin[kind] + (velocity - v0) * 2.0 * mass * column.arm(kind) / column.pair.inertia(kind);
   };
   // The step in which sliding begins gives the impulse an error of k_t v dt^2/8. The oscillation
@@ -730,7 +733,7 @@ TEST(RollingTransition, RollingUnderLoadContinuesWithoutLoss)
 
 // ---- the figure
 
-// Tests oblique impacts at all angles. Writes them to a file if GPU_RVE_WRITE_CURVES is set.
+// Tests oblique impacts at all angles. Writes the results to a file if GPU_RVE_WRITE_CURVES is set.
 TEST(ObliqueImpact, ReboundFollowsTheClosedFormAtEveryAngle)
 {
   const char *folder = std::getenv("GPU_RVE_WRITE_CURVES");

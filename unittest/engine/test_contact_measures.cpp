@@ -65,8 +65,8 @@ TEST(Fabric, OfTheHexagonalLatticeIsIsotropic)
 TEST(Fabric, OfRectanglesHasTheContrastOfForcesAndBranchesAlongTheAxes)
 {
   // The forces k (2r - l) are 10 N along x and 30 N along y. In the plane, the fabric tensor of
-  // normal forces is N_xx = 2 (f_x - f_y)/(f_x + f_y). The fabric tensor B of branches has the same
-  // form with branch lengths.
+  // normal forces is N_xx = 2 (f_x - f_y)/(f_x + f_y). The fabric tensor B of branch vectors has
+  // the same form, with branch lengths in place of forces.
   const double lx = 2.0 * RADIUS - 1e-5, ly = 2.0 * RADIUS - 3e-5;
   const auto measures = contact_measures(rectangles(lx, ly));
 
@@ -90,7 +90,8 @@ TEST(Fabric, OfColumnsIsAlongThem)
 
 TEST(Fabric, OfBoxesOfSpheresHasTheContrastOfForcesAlongTheAxes)
 {
-  // In space N_aa = 15/2 (f_a - f)/(3 f), with the mean force f.
+  // In space N_aa = 15/2 (f_a - f)/(3 f), with the force f_a of the contacts along axis a and the
+  // mean force f.
   const double kn = spheres_material().normal_stiffness;
   const Vec<double, 3> overlap{{1e-5, 2e-5, 3e-5}};
   const auto measures = contact_measures(boxes(overlap));
@@ -179,7 +180,8 @@ TEST(Sliding, IsThatOfTheEngineAndOfWeakContacts)
   const double all =
       measures.strong * measures.sliding_strong + (1.0 - measures.strong) * measures.sliding_weak;
   EXPECT_GT(all, 0.02);
-  // A few contacts are within 1e-3 of the limit.
+  // A few contacts are so close to the limit, within 1e-3, that the host and the engine can count
+  // them differently.
   EXPECT_NEAR(all, result.sliding_fraction, 5.0 / result.num_contacts);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Two copies of a packing side by side in a cell of twice the width. They must have the same forces
-// as the packing, whichever face of the cell a contact crosses, and move in the same way.
+// Tests two copies of a packing side by side in a cell of twice the width. The copies must have the
+// same forces as the packing, whichever face of the cell a contact crosses. They must also move
+// like the packing.
 
 #include "support/rve_rig.h"
 #include "support/small_packings.h"
@@ -37,7 +38,7 @@ template <int D> struct Rig {
     return results[0];
   }
   const ResultOf<D> &evaluate() { return advance(DriveOf<D>()); }
-  /// Applies extension along the first axis and shear, at constant volume.
+  /// Applies an extension along the first axis and a shear, both at constant volume.
   const ResultOf<D> &shear(int steps)
   {
     Tensor<double, D> l = Tensor<double, D>::zero();
@@ -59,8 +60,8 @@ template <int D> RveStateOf<D> sheared_packing(Format format)
   return rig.engine->state(0);
 }
 
-/// Returns the relative rounding error of forces, including the effect of positions for overlaps of
-/// 1e-3 of the diameter.
+/// Returns the relative rounding error of forces. It includes the rounding of positions for
+/// overlaps of 1e-3 of the diameter.
 double rounding(Format format)
 {
   return format == Format::Fast ? 2e-4 : format == Format::Mixed ? 1e-6 : 1e-11;
@@ -133,7 +134,8 @@ TYPED_TEST(Copies, MoveAsTheOriginal)
   for (const double c : end.velocity) fastest = std::max(fastest, std::fabs(c));
   for (int k = 0; k < D * n; ++k)
     EXPECT_NEAR(end.velocity[k], end.velocity[D * n + k], 2.0 * PARTING * fastest);
-  // The copies must not agree to the last bit. Otherwise they could never become different.
+  // Control: the copies must differ in their last bits. Copies with the same bits would stay equal
+  // for ever.
   EXPECT_NE(end.velocity[0], end.velocity[D * n]);
 }
 
@@ -167,7 +169,8 @@ TYPED_TEST(Copies, CountAsOneGrainWideWhenTheyAreCloseAndEqual)
   EXPECT_TRUE(is_one_grain_across(near, 2));
   EXPECT_TRUE(is_one_grain_across(side_by_side(near), 4));
 
-  // All copies move independently, by at least a fifth of a diameter.
+  // Each grain of the first copy moves by 0.2 to 0.3 diameters of the largest grain. The second
+  // copy does not move.
   Random random(1);
   for (int i = 0; i < state.num_grains(); ++i)
     near.fractional[D * i + D - 1] += static_cast<std::uint64_t>(

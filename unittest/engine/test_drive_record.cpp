@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Most drives pass the quick check of a drive. Its result agrees with that of the complete checks.
+// Tests the quick check of a drive, which most drives pass. A drive must pass it if and only if the
+// complete checks find nothing.
 
 #include "rve/core/error.h"
 #include "rve/engine/drive_record.h"
@@ -29,7 +30,8 @@ template <class Dimension> class DriveOfDimension : public testing::Test {
     return drive;
   }
 
-  /// Returns true if the complete checks find no error and no steering.
+  /// Returns true if the complete checks find no error and no need for a steering record (servo, or
+  /// several segments).
   static bool is_plain(const DriveOf<D> &drive)
   {
     try {
@@ -45,8 +47,8 @@ TYPED_TEST_SUITE(DriveOfDimension, Dimensions);
 
 }    // namespace
 
-// The sizes include rotations that are too large for one segment and deformations that invert the
-// volume.
+// The deformations include rotations that are too large for one segment, and deformations that
+// invert the volume.
 TYPED_TEST(DriveOfDimension, IsSimpleWithoutErrorsAndSteering)
 {
   constexpr int D = TestFixture::D;

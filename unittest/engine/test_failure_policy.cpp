@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Failures of an RVE. The RVE returns a status and keeps its state from before the call. The other
-// RVEs of the batch continue.
+// Tests failures of an RVE in a call. The RVE must return a status and keep its state from before
+// the call. The other RVEs of the batch must continue.
 
 #include "support/messages.h"
 #include "support/rve_rig.h"
@@ -127,7 +127,8 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
 
 TEST(Failure, GrainsOfTooDifferentSizesAreRefused)
 {
-  // If the ratio of radii underflowed, the engine would reserve infinitely many neighbours.
+  // If the ratio of radii underflowed, the engine would reserve memory for infinitely many
+  // neighbours.
   for (const double small : {4e-5, 1e-12, 1e-30, 1e-300, 4.9e-324}) {
     const RveState state = state_of(paper_material(), 0.04 * Tensor2::identity(), {0.004, small},
                                     {0.01, 0.02, 0.03, 0.02});
@@ -186,8 +187,8 @@ TEST(Failure, TimeStepBeyondTheBoundIsReported)
 
 TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsReported)
 {
-  // There are two disks that never touch, and one moves along x. Motion by whole cells in a step
-  // must be detected, although wrapped coordinates do not show it.
+  // One of two disks moves along x, and the disks never touch. The engine must detect a motion by
+  // whole cells in a step, although wrapped coordinates do not show it.
   const double dt = 1e-4, width = 0.2;
   RveState state = state_of(paper_material(), width * Tensor2::identity(), {0.005, 0.004},
                             {0.05, 0.05, 0.15, 0.15});
@@ -208,8 +209,8 @@ TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsReported)
 
 TEST(Failure, CoincidingCentresAreReported)
 {
-  // The contact has no normal, and its overlap exceeds the limit of every format. The steps suffice
-  // for the disks to separate if a force resulted.
+  // The contact has no normal, and its overlap exceeds the limit of every format. If a force acted
+  // nevertheless, the disks would separate within 300 steps.
   for (const Format format : ALL_FORMATS)
     for (const int substeps : {0, 1, 300}) {
       SCOPED_TRACE(to_string(format) + ", " + std::to_string(substeps) + " steps");
@@ -278,7 +279,7 @@ TEST(Gas, RecompressesToASolid)
     rig.strain(gradient(0, 0, -0.5) + gradient(1, 1, -0.5), DT, 1000, 2);
     rig.strain(Tensor2::zero(), DT, 2000);
 
-    // The cell is again the one of the packing at 100 kPa. The grains have other neighbours, so
+    // The cell has the same size as at the start, at 100 kPa. The grains have other neighbours, so
     // that the pressure is only roughly 100 kPa.
     EXPECT_LT(loose, 100.0) << to_string(format);
     EXPECT_GT(void_ratio, 0.25);
@@ -290,8 +291,9 @@ TEST(Gas, RecompressesToASolid)
 
 TEST(Gas, FirstContactsMayBeFarBeyondTheGuessedForceScale)
 {
-  // For a packing without contacts, the engine chooses the force scale for overlaps of 1e-3 r. This
-  // collision reaches 0.1 r, so that the call is repeated with a coarser scale.
+  // For a packing without contacts, the engine chooses the force scale for overlaps of 1e-3 of a
+  // radius. This collision reaches 0.1 radii, so that the engine repeats the call with a coarser
+  // scale.
   for (const Format format : ALL_FORMATS) {
     RveState state = two_disks(-1e-4);
     state.velocity = {9.0, 12.0, -9.0, -12.0};
@@ -330,8 +332,8 @@ TEST(Evaluation, WithoutSubstepsChangesNothing)
           << to_string(format) << (dashpots ? " with dashpots" : "");
       EXPECT_EQ(evaluated.counters.steps, moved.counters.steps);
       if (dashpots) continue;
-      // The force scale may have changed after the last call. A contact force then differs by 2^-25
-      // of the largest force, in `double` by 2^-52.
+      // The force scale can change after the last call. A contact force then changes by 2^-25 of
+      // the largest force (2^-52 in `double`).
       for (int k = 0; k < 4; ++k)
         EXPECT_NEAR(evaluated.stress.component[k], moved.stress.component[k],
                     1e-6 * moved.mean_stress())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Paths of output files: writers keep existing links, devices and permissions, and report why they
-// cannot write.
+// Tests how output files are written: existing links, devices and permissions are kept, and an
+// error message gives the reason if a file cannot be written.
 
 #include "rve/core/error.h"
 #include "rve/engine/files.h"

@@ -41,8 +41,8 @@ struct Course {
   RveState end;
 };
 
-/// Runs the packing. With `company`, grains with friction in the batch select the general kernel
-/// variant.
+/// Runs the packing without friction. If `company` is true, the engine also has an RVE with
+/// friction and therefore uses the general kernel variant.
 Course run(Format format, bool company)
 {
   const RveState state = without_friction();
@@ -104,8 +104,8 @@ TEST_P(Frictionless, InitialSpinsStayConstant)
   EXPECT_EQ(rig.state().spin, state.spin);
 }
 
-// The initial state has tangential forces. Without friction their limit is zero, so that they
-// vanish in the first step.
+// The initial state has tangential forces. Without friction, the limit of tangential forces is
+// zero, so that these forces vanish in the first step.
 TEST_P(Frictionless, TangentialForcesOfTheStateVanishInTheFirstStep)
 {
   RveState state = paper_packing();

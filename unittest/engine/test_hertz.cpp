@@ -39,7 +39,7 @@ struct Damping {
   MaterialMember member;
   double value;
 };
-// In the impacts below, each damping is 0.1 to 0.2 of the critical one.
+// In the impacts below, each damping is 0.1 to 0.2 of critical damping.
 constexpr Damping DAMPINGS[] = {{"none", &Material::normal_viscosity, 0.0},
                                 {"velocity", &Material::normal_viscosity, 20.0},
                                 {"viscoelastic", &Material::viscoelastic_damping, 4e5},
@@ -219,7 +219,7 @@ TEST(HertzImpact, RestitutionDoesNotDependOnTheVelocity)
 
       const Impact found = impact(before, duration(v) / 4000.0);
 
-      // The dashpot uses the velocity of half a step before.
+      // The error arises since the dashpot uses the velocity half a step earlier.
       EXPECT_NEAR(restitution(before, found.after), e, 1e-3) << "e " << e << " v " << v;
     }
 }
@@ -232,8 +232,9 @@ TEST(HertzImpact, OtherDashpotsHaveVelocityDependentRestitution)
     const RveState before = approaching_disks(RADIUS, material, v);
     return restitution(before, impact(before, duration(v) / 1000.0).after);
   };
-  // The loss is the rate gamma/m times the duration of the contact. It is proportional to v^-1/5
-  // for a constant gamma, and to v^1/5 if gamma is proportional to the contact radius.
+  // The loss 1 - e of the restitution e is proportional to the rate gamma/m times the duration of
+  // the contact. The loss grows as v^-1/5 for a constant gamma, and as v^1/5 if gamma is
+  // proportional to the contact radius.
   EXPECT_LT(restitution_at(DAMPINGS[1], 0.01), restitution_at(DAMPINGS[1], 0.1) - 0.02);
   EXPECT_GT(restitution_at(DAMPINGS[2], 0.01), restitution_at(DAMPINGS[2], 0.1) + 0.02);
 }
@@ -244,8 +245,9 @@ TEST(HertzImpact, BalancesItsEnergyWithEveryDamping)
   for (const double keeps_displacement : {0.0, 1.0})
     for (const Damping &damping : DAMPINGS)
       for (const double tangential_velocity : {0.03, 0.1}) {    // sticks, slides
-        // A dashpot that acts on a contact of vanishing area lets it slide. The energy f^2/(2 k_t
-        // a) of the spring then has no limit until the contact opens and the energy is lost.
+        // Just before a contact opens, its radius a vanishes. A dashpot that acts on this contact
+        // lets it slide. The energy f^2/(2 k_t a) of its tangential spring then grows without
+        // limit, until the contact opens and the energy is lost.
         const bool is_sliding = tangential_velocity > 0.05;
         SCOPED_TRACE(std::string(damping.name) +
                      (keeps_displacement > 0.0 ? ", mindlin" : ", mindlin/force") + ", v_t " +
@@ -263,8 +265,8 @@ TEST(HertzImpact, BalancesItsEnergyWithEveryDamping)
           const double lost = kinetic_energy(before) - kinetic_energy(found.after);
           EXPECT_EQ(found.energy.viscous > 0.0, damping.value > 0.0);
           if (is_sliding || damping.value > 0.0) { EXPECT_GT(lost, 0.01 * kinetic_energy(before)); }
-          // A contact that grows and shrinks may release more energy than it has stored. The
-          // dissipation by friction is then negative.
+          // A contact that grows and shrinks can release more energy than it has stored. The
+          // dissipation that is counted as friction is then negative.
           const double dissipation = found.energy.friction + found.energy.viscous;
           return std::fabs(lost - dissipation) / kinetic_energy(before);
         };
@@ -288,8 +290,9 @@ TEST(HertzImpact, GrossSlidingTransfersTheCoulombImpulse)
 
     const Impact found = impact(before, duration(v) / 4000.0);
 
-    // The tangential impulse is mu m (1 + e) v_n, with the reduced mass m. It acts on the centres
-    // and, with the lever arm r, on the inertias I = M r^2/2 of the disks.
+    // The tangential impulse is J = mu m (1 + e) v_n, with the reduced mass m. J changes the
+    // velocities of the centres. The angular impulse r J, with the radius r, changes the spins of
+    // the disks with the inertia I = M r^2/2.
     const double change = (found.after.velocity[3] - found.after.velocity[1]) + v_t;
     EXPECT_NEAR(restitution(before, found.after), 1.0, 1e-4);
     EXPECT_NEAR(change, mu * 2.0 * v, 1e-4 * v);
@@ -308,7 +311,7 @@ TEST(HertzTimeStep, FallsWithTheQuarterPowerOfTheOverlap)
     state.material = hertz();
     return stable_time_step(state);
   };
-  // stiffness 3/2 k_n sqrt(R d) along the normal
+  // `k` is the normal stiffness 3/2 k_n sqrt(R d), with the reduced radius R and the overlap d.
   const double r = 0.005 * 0.004 / 0.009, k = 1.5 * STIFFNESS * std::sqrt(r * 1e-5);
   const double mass = DENSITY * kPi * 25e-6 * 16e-6 / 41e-6;
   EXPECT_NEAR(step_at(1e-5) / (2.0 * std::sqrt(mass / k)), 1.0, 1e-9);
@@ -386,7 +389,7 @@ TEST(HertzPacking, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   RveState state = sheared(packing());
   state.material.restitution_damping = 0.0;
-  // mindlin/force, mindlin, rescaled histories
+  // The values select mindlin/force, mindlin, and the two laws with rescaled histories.
   for (const double displacement : {0.0, 1.0, 2.0, 3.0})
     for (const Format format : ALL_FORMATS) {
       state.material.mindlin_displacement = displacement;

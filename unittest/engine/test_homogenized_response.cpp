@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Homogenization of contacts: closed forms of a lattice, and Love's stress against the derivative
-// of the energy.
+// Tests the homogenization of contacts. Stress and stiffness of a lattice are compared with closed
+// forms, and Love's stress with the derivative of the elastic energy.
 
 #include "oracle/love_sum.h"
 #include "support/lattice.h"
@@ -124,8 +124,8 @@ TEST(LoveStress, IsTheDerivativeOfTheElasticEnergy)
                             elastic_energy(Tensor2::identity() - step)) /
           (2.0 * h);
       // Energies are summed in units of 2^-38 F r = 7e-12 J. For 875 contacts the error is 1e-10 J,
-      // or 0.02 Pa after division by 2 h V. The few contacts that open or close within h add less
-      // than 0.01 Pa.
+      // or 0.02 Pa after division by 2 h V, with the strain step h and the volume V. The few
+      // contacts that open or close within the strain h add less than 0.01 Pa.
       EXPECT_NEAR(slope / volume, stress(a, b), 2e-6 * 1e5);
     }
 }
@@ -137,7 +137,7 @@ TEST(LoveStress, MatchesTheSumOverAllPairsAfterStrongShear)
     packing.material.friction = 0.0;    // forces follow from positions alone
     RveRig rig(packing, cpu_options(format));
 
-    // gamma = 1.5: all neighbours have changed
+    // At the final shear strain of 1.5, all neighbours have changed.
     const Result &result = rig.strain(gradient(0, 1, 2.0), 5e-5, 1000, 15);
 
     const LoveSum oracle = love_sum(rig.state());
@@ -146,7 +146,7 @@ TEST(LoveStress, MatchesTheSumOverAllPairsAfterStrongShear)
                                                      : 1e-4;
     EXPECT_GT(result.counters.rebuilds, 50);
     EXPECT_GE(result.counters.lattice_reductions, 1);
-    // In `fast`, a contact with an overlap below the rounding error may count or not.
+    // In `fast`, the engine can miss a contact whose overlap is below the rounding error.
     EXPECT_NEAR(result.num_contacts, oracle.num_contacts, format == Format::Fast ? 1 : 0)
         << to_string(format);
     for (int k = 0; k < 4; ++k)
@@ -171,7 +171,7 @@ TEST(LoveStress, DoesNotDependOnTheChoiceOfLatticeVectors)
   state.list_fractional.clear();
   state.list_cell = Tensor2::zero();
   RveState reduced = state;
-  // The net change of this cell is b <- b - a.
+  // Compared with the original lattice, the vectors of this cell are a and b - a.
   for (int r = 0; r < 2; ++r) reduced.cell(r, 1) -= 3.0 * reduced.cell(r, 0);
   for (int i = 0; i < state.num_grains(); ++i)
     reduced.fractional[2 * i] += 3 * reduced.fractional[2 * i + 1];

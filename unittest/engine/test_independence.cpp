@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Results do not depend on the Verlet list, the origin of coordinates, the number of threads, the
-// other RVEs of a batch, or a restart.
+// Tests that results do not depend on the Verlet list, the origin of coordinates, the number of
+// threads, the other RVEs of a batch, or a restart.
 
 #include "support/rve_rig.h"
 
@@ -98,7 +98,7 @@ TEST_P(EveryFormat, ShiftOfAllCoordinatesDoesNotChangeABit)
   work_out(rig);
   work_out(shifted_rig);
 
-  // The shift stays the same only without lattice reductions.
+  // The shift of the fractional coordinates stays constant only without lattice reductions.
   ASSERT_EQ(rig.result().counters.lattice_reductions, 0);
   RveState back = shifted_rig.state();
   for (int i = 0; i < packing.num_grains(); ++i)

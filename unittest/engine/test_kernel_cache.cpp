@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The cache of compiled kernels. All processes find a stored kernel. A damaged file, or a folder in
-// which other users may write, is never used.
+// Tests the cache of compiled kernels. All processes must find a stored kernel. A damaged file, or
+// a folder in which other users have permission to write, must never be used.
 
 #include "rve/core/error.h"
 #include "rve/engine/kernel_cache.h"
@@ -57,7 +57,8 @@ class Folder : public testing::Test {
     ASSERT_EQ(cache.obstacle(), "");
   }
 
-  /// Returns true if the cache finds the stored kernel. `why` receives the message of the cache.
+  /// Returns true if the cache finds the stored kernel. If it does not, `why` receives the message
+  /// of the cache.
   bool finds(std::string *why = nullptr, const std::string &key = KEY) const
   {
     KernelCache cache(folder);
@@ -256,8 +257,8 @@ TEST(KernelCache, SwitchedOffCacheStoresNothingWithoutAMessage)
 
 // ---- many processes -----------------------------------------------------------------------------
 
-/// While other processes write, each process reads a whole kernel or none. No temporary files
-/// remain.
+/// Several processes read and write at once. Each process must read a whole kernel or none, and no
+/// temporary files remain.
 TEST_F(KernelCacheProcesses, NeverReadAPartialFile)
 {
   constexpr int rounds = 10;    // each round writes to the disk
@@ -277,7 +278,7 @@ TEST_F(KernelCacheProcesses, NeverReadAPartialFile)
   EXPECT_EQ(names().size(), 1u);
 }
 
-/// The first rank of a machine compiles; the others wait and find the stored kernel.
+/// The first process compiles the kernel. The other processes wait and then find the stored kernel.
 TEST_F(KernelCacheProcesses, CompileOneAfterTheOther)
 {
   const std::string compilations = temporary_path("compilations");
@@ -315,7 +316,7 @@ TEST_F(KernelCacheProcesses, KilledOrHangingProcessesDoNotBlockOthersForever)
   char word;
   ASSERT_EQ(::read(ready[0], &word, 1), 1);
   const KernelCache cache(folder);
-  // the owner hangs for longer than 0.1 s
+  // The child holds the turn for this kernel for longer than 0.1 s.
   EXPECT_FALSE(KernelCache::Turn(cache, KEY, 0.1).is_mine());
   EXPECT_TRUE(KernelCache::Turn(cache, "another kernel", 0.1).is_mine());
   kill(child, SIGKILL);

@@ -32,8 +32,8 @@ RveState rough_packing(double friction, bool rolling)
   return state;
 }
 
-/// Returns the relative error of a pressure in the format, as at usual friction. It is that of the
-/// last digits of an overlap and of a force.
+/// Returns the relative rounding error of a pressure in the format. The error comes from the last
+/// digits of an overlap and of a force, as with usual friction coefficients.
 double pressure_error(Format format)
 {
   return format == Format::Double ? 1e-12 : format == Format::Mixed ? 1e-6 : 1e-5;
@@ -110,7 +110,7 @@ TEST_P(LargeFriction, WithoutSlidingTheCoefficientHasNoEffect)
   EXPECT_TRUE(same_answer(shear(more, dt), some.result()));
 }
 
-// The first force scale is estimated from normal forces. Tangential forces of the state may be much
+// The first force scale is estimated from normal forces. Tangential forces of the state can be much
 // larger.
 TEST_P(LargeFriction, LargeTangentialForcesOfAStateFitTheScale)
 {
@@ -133,13 +133,14 @@ TEST_P(LargeFriction, LargeTangentialForcesOfAStateFitTheScale)
   for (int i = 0; i < 2; ++i) {
     const double r = state.radius[i];
     const double mass = state.material.density * state.material.mass_depth * M_PI * r * r;
-    // The torque of the force accelerates the spin; the arm is the radius minus half the overlap.
+    // The torque of the tangential force accelerates the spin. Its lever arm is the radius minus
+    // half the overlap.
     EXPECT_NEAR(after.spin[i], 2.0 * tangential / (mass * r) * dt, 1e-3 * std::fabs(after.spin[i]));
   }
 }
 
 // The overlap limit does not apply to tangential springs, even if they are stretched by more than
-// this length.
+// the largest allowed overlap.
 TEST_P(LargeFriction, TangentialForcesDoNotExceedTheOverlapLimit)
 {
   RveState state = two_disks(1e-6);
@@ -206,7 +207,7 @@ TEST_P(LargeFriction, KeepsMomentum)
       size += mass * std::fabs(after.velocity[2 * i + a]);
     }
   }
-  // Forces cancel exactly; each kick rounds a velocity.
+  // Contact forces cancel exactly, but each kick rounds a velocity.
   const double rounding = GetParam() == Format::Double ? 1e-12 : 1e-4;
   for (const double component : momentum) EXPECT_LT(std::fabs(component), rounding * size);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Tests properties of every contact law in the table of kernel variants, in every number format. A
-// new line of the table is tested without further code.
+// law in a new line of the table is tested without further code.
 
 #include "rve/core/pi.h"
 #include "rve/engine/variant_configs.h"
@@ -47,7 +47,8 @@ Material all_that_contacts_have()
   return material;
 }
 
-/// Returns the law in units of the script, with arms to the contact point.
+/// Returns the law with parameters in the units of the script and with lever arms to the contact
+/// point.
 template <class Law> Law law_of(const Material &material)
 {
   typename Law::Constants constants;
@@ -309,7 +310,7 @@ void expect_that_energy_is_balanced(bool dissipates,
     const double t = static_cast<double>(k) / STEPS;
     j.velocity[0] = Real(-0.02 * std::cos(2.0 * kPi * t));
     j.velocity[1] = Real(0.1 * std::sin(6.0 * kPi * t));
-    // This spin is the one of a disk, or the z component of the spin of a sphere.
+    // The next two lines set the spin of a disk, or the z component of the spin of a sphere.
     spin_component(i.spin, Space<D>::spins - 1) = Real(8.0 * std::sin(4.0 * kPi * t));
     spin_component(j.spin, Space<D>::spins - 1) = Real(-5.0 * std::sin(10.0 * kPi * t));
     if constexpr (D == 3) {
@@ -324,7 +325,8 @@ void expect_that_energy_is_balanced(bool dissipates,
     ASSERT_GT(contact.overlap, 0);
     const auto force = evaluate(law, contact, i, j, Tensor<Real, D>::zero(), history, Real(DT));
     history = force.history();
-    // Power of the external forces and torques that balance those of the contact.
+    // `power` is the power of the external forces and torques that balance the forces and torques
+    // of the contact.
     const double power = dot(force.force, j.velocity) - power_of(force.torque_i, i.spin) -
         power_of(force.torque_j, j.spin);
     elastic = law.elastic_energy(contact, force);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Compares the integrator with the update in the paper. The engine uses peculiar velocities and
-// fractional coordinates. Equations (23), (38) and (39) of the paper use total velocities and
-// Cartesian positions. Both motions agree up to O(dt).
+// Compares the time integration of the engine with the equations of the paper
+// (oracle/literal_update.h). The engine uses peculiar velocities and fractional coordinates.
+// Equations (23), (38) and (39) of the paper use total velocities and Cartesian positions. The two
+// motions differ by O(dt).
 
 #include "oracle/literal_update.h"
 #include "support/rve_rig.h"
@@ -15,7 +16,7 @@ namespace {
 
 struct Difference {
   double position;    ///< root mean square [length]
-  double stress;      ///< difference of the largest component over the pressure
+  double stress;      ///< largest difference of a component / pressure [-]
   /// root mean square displacement of the grains relative to the mean field [length]
   double motion;
 };
@@ -74,7 +75,7 @@ TEST(LiteralUpdateOfThePaper, ConvergesToOursAtFirstOrderInTheTimeStep)
 
 TEST(LiteralUpdateOfThePaper, DampsTheSameVelocity)
 {
-  // Cundall's damping depends on the sign of a velocity that may be nearly zero. The difference
+  // Cundall's damping depends on the sign of a velocity, which can be nearly zero. The difference
   // between both updates therefore decreases in jumps. From steps of 4e-5 s to 5e-6 s it decreases
   // by a factor of at least four, while first order would give eight. If the total velocity were
   // damped, as in equation (4) without (38), the difference would be of the order of the motion.

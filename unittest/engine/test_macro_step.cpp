@@ -124,7 +124,8 @@ TEST(FiniteStrain, AnglesAgreeWithTheLibraryFunctions)
   for (int k = 0; k <= 1000; ++k) {
     const double angle = 0.001 * k * rve::kPi;
     const double exact = std::atan2(std::sin(angle), std::cos(angle));
-    // The error is one last digit from the series and one from each halving of the angle.
+    // The series gives an error of one unit in the last place, and each halving of the angle adds
+    // another.
     EXPECT_NEAR(rve::angle_of(std::sin(angle), std::cos(angle)), exact,
                 (exact < 0.1 ? 3e-16 : 1e-15) * exact);
   }
@@ -214,7 +215,7 @@ TEST(RigidTurn, RotatesTheStateToTheBitAndNoOther)
 
     engine.turn({other, rig.rve_number()}, {plane_rotation(-0.4), plane_rotation(1.2)});
 
-    // A state is stored with the precision of the format.
+    // Returns the rotated state after an engine has stored it with the precision of the format.
     const auto stored = [&](double angle) {
       RveRig copy(turned(state, plane_rotation(angle)), cpu_options(format));
       return serialize(copy.state());
@@ -264,8 +265,8 @@ TEST(AffineStiffness, IsTheStressOfTheFirstStepOfAnRveAtRest)
 
     const Tensor2 rate = (1.0 / size) * (rig.advance(drive).stress - before);
 
-    // The error is of second order in the strain. Contacts that open or close add the strain of
-    // 1e-8 divided by the mean overlap of 4e-3.
+    // The error is of second order in the strain. Contacts that open or close add a relative error
+    // of 1e-8 / 4e-3, the strain divided by the mean relative overlap.
     const Tensor2 expected = stiffness(strain);
     for (int k = 0; k < 4; ++k)
       EXPECT_NEAR(rate.component[k], expected.component[k], 2e-5 * norm(expected)) << k;
@@ -289,8 +290,8 @@ TEST(AffineStiffness, OfALatticeIsItsShearModulus)
 
 namespace {
 
-/// Returns the relative error of contact forces and branch vectors in a format. In `double` it is
-/// the unit of the integer sums, 2^-40 of the stiffest contact.
+/// Returns the relative error of contact forces and branch vectors in a format. In `double` the
+/// error is the unit of the integer sums, 2^-40 of the stiffest contact.
 double error_of(Format format)
 {
   return format == Format::Double ? 1e-11 : 1e-6;
@@ -392,8 +393,8 @@ TEST(AffineStiffness, HasTheSameBitsInEveryCallForAConfiguration)
 TEST(AffineStiffness, HugeSpringsAreLimitedAndNoSumOverflows)
 {
   // The engine limits forces to 8 K L. K is at most twice the largest stiffness, and L at most four
-  // times the largest radius. The springs of this test exceed the limit. They are not physical, but
-  // a file may contain them.
+  // times the largest radius. The springs of this test exceed the limit. Such springs are not
+  // physical, but a file can contain them.
   for (const Format format : ALL_FORMATS) {
     SCOPED_TRACE(to_string(format));
     RveState state = stiffness_cases()[0].state;
@@ -500,8 +501,8 @@ TEST(Advice, NamesOnlyQuantitiesBeyondTheirLimits)
   soft.mean_overlap = 2e-5;
   EXPECT_TRUE(has(of(Format::Fast, soft, gentle), AdviceKind::SmallOverlap));
   EXPECT_FALSE(has(of(Format::Mixed, soft, gentle), AdviceKind::SmallOverlap));
-  // In `single`, the last digit of a position is a fraction of the cell. It is twice as large in a
-  // cell with twice as many grains along an edge.
+  // In `single`, the last digit of a position is a fixed fraction of the cell. Compared with an
+  // overlap, it is twice as large in a cell with twice as many grains along an edge.
   Result firm = result;
   firm.mean_overlap = 2e-3;
   Result wide = firm;

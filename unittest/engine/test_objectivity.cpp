@@ -24,9 +24,9 @@ RveState sheared_packing()
   return rig.state();
 }
 
-/// Returns the state with grains that spin at the rate of the cell. Otherwise the contacts would
-/// have to accelerate the spins, since the mean field does not drive them (equation 23 of the
-/// paper).
+/// Returns the state with grains that spin at the rate of the cell. Without these spins, the
+/// contacts would have to accelerate the grains, since the mean field does not drive spins
+/// (equation 23 of the paper).
 RveState turning(RveState state)
 {
   for (double &spin : state.spin) spin = RATE;
@@ -64,8 +64,9 @@ TEST_P(RigidRotation, RotatesTheStressAndKeepsItsInvariants)
   turn_by_quarters(rig, quarters);
 
   // Contacts rotate all grains except rattlers. The rotation is approximated by chords of 0.01 rad,
-  // which shrink the cell by up to 1.3e-5. With a stiffness of 12 MPa this is 300 Pa. Friction then
-  // changes the stress by 1e-4 of p. The error does not grow with the number of turns.
+  // which shrink the cell by up to 1.3e-5. With a stiffness of 12 MPa, this strain changes the
+  // stress by 300 Pa. Friction then changes the stress by 1e-4 of p. The error does not grow with
+  // the number of turns.
   const Result &after = rig.result();
   EXPECT_NEAR(after.mean_stress() / before.mean_stress(), 1.0, 2e-4);
   EXPECT_NEAR(after.deviatoric_stress() / before.deviatoric_stress(), 1.0, 5e-4);
@@ -81,10 +82,10 @@ INSTANTIATE_TEST_SUITE_P(Turns, RigidRotation, ::testing::Values(1, 4, 40), [](c
   return std::to_string(90 * info.param) + "degrees";
 });
 
-// The work of the stress equals the dissipation of the grains. The bookkeeping adds half of the
-// work of a step with the stress before the step and half with the stress after it. If both halves
-// used the cell after the step, a rotation by the angle w T would add a work of -p V w^2 dt T,
-// which is 1.3e-3 of p V here.
+// The work of the stress equals the dissipation of the grains. The bookkeeping computes half of the
+// work of a step with the stress and the cell before the step, and half with the stress and the
+// cell after the step. If both halves used the cell after the step, a rotation by the angle w T
+// would add a work of -p V w^2 dt T, which is 1.3e-3 of p V here.
 TEST(SteadyRotation, DoesOnlyTheWorkOfTheDissipation)
 {
   Options options = cpu_options(Format::Double);
@@ -117,8 +118,8 @@ TEST(SteadyRotation, NineMoreTurnsDoNotChangeTheStress)
   EXPECT_NEAR(rig.result().mean_stress() / after_one, 1.0, 2e-5);
 }
 
-// Control: with the lever arms of pair granular of LAMMPS, which are the full radii, the contact of
-// a pair that rotates at the rate W slips at the velocity W delta. delta is the overlap.
+// Control: the lever arms of LAMMPS' pair granular are the full radii. With these arms, the contact
+// of a pair that rotates at the rate W slips at the velocity W delta, with the overlap delta.
 TEST(SteadyRotation, ArmsOfLammpsRaiseThePressure)
 {
   const RveState state = turning(paper_packing());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The host kernel for x86-64-v3 computes several grains at once, in packs. It gives the same bits
-// as the host kernel for any CPU, which computes single grains.
+// Tests the host kernel for x86-64-v3, which computes several grains at once, in packs. It must
+// give the same bits as the host kernel for any CPU, which computes one grain after the other.
 
 #include "rve/core/status.h"
 #include "rve/engine/batch_engine.h"
@@ -36,12 +36,12 @@ struct Config {
   double shear;    ///< shear strain in the call [-]
   int substeps;
   double skin;                   ///< [length]; 0: the default
-  double overlap_limit = 0.5;    ///< limit of the overlap over the smaller radius
+  double overlap_limit = 0.5;    ///< limit of overlap / smaller radius [-]
   /// If true, a servo holds 100 kPa at a shear rate of 5, and `shear` is ignored.
   bool servo = false;
 };
 
-/// Returns the kernel variant with packs for the case.
+/// Returns the kernel variant that uses packs for this case.
 KernelVariant packed_variant(const Config &scene)
 {
   return scene.servo ? KernelVariant::Steered : KernelVariant::Plain;
@@ -63,7 +63,8 @@ KernelRun run_kernel(const HostKernel<2> &kernel, KernelVariant kind, const Devi
 {
   const int pair_capacity = 40 * image.num_grains;
   const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity, kind);
-  // Unwritten memory must not be read, so two runs start from different garbage.
+  // The memory initially has other bytes in each run. A kernel that reads unwritten memory then
+  // gives different results.
   static char garbage = 0;
   std::vector<char> shared(sizes.shared, ++garbage), workspace(sizes.workspace, ++garbage);
   DriveRecord<2> drive = DriveRecord<2>();
@@ -193,7 +194,7 @@ TEST_P(PackedGrains, DensePackingWithFreeSlotsStickingAndSlidingContacts)
 
 TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
 {
-  // A skin of more than two mean radii gives more pairs than slots.
+  // With a skin of more than two mean radii, there are more pairs than slots of grains.
   const KernelRun last = expect_same_bits({sheared_packing(), 0.05, 100, 9e-3}, 2);
 
   EXPECT_GT(last.detail.progress.num_extra, 400);    // more extra pairs than grains

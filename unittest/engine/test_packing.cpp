@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The preparation of packings on the CPU engine. Void ratios are compared with the ranges of
-// reference packings (SudoDEM2D, 400 disks).
+// Tests the preparation of packings on the CPU engine. Void ratios are compared with the ranges of
+// void ratios of reference packings (SudoDEM2D, 400 disks).
 
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
@@ -77,8 +77,8 @@ TEST(LooseCloud, GrainsDoNotTouchAndFillTheAskedFraction)
 TEST(LooseCloud, IsTheSameForASeedOnEveryMachine)
 {
   PackingRecipe recipe = paper_recipe(10, 20e3);
-  // The C++ standard specifies the 10000th number of the generator for this seed. This fixes all
-  // numbers.
+  // For this seed, the C++ standard specifies number 10000 of the generator. Every generator that
+  // meets the standard therefore gives the same numbers.
   recipe.seed = 5489;
 
   const RveState cloud = loose_cloud(recipe);
@@ -115,7 +115,7 @@ TEST(LooseCloud, WrongRecipesAreNamed)
             0u);
 }
 
-// For these stiffnesses, the search for the overlap at the pressure would not end.
+// For these stiffnesses, the search for the overlap at the given pressure would not end.
 TEST(Packing, AWrongMaterialIsAnErrorBeforeAnythingRuns)
 {
   PackingRecipe recipe = paper_recipe(100, 20e3);
@@ -163,8 +163,9 @@ TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
             0u);
 }
 
-// The limit of the contact strain applies to p h / k_n. Up to a factor near one, this is the mean
-// overlap divided by the diameter.
+// The limit of the contact strain applies to p h / k_n, with the pressure p, the thickness h and
+// the stiffness k_n. Except for a factor near one, this ratio is the mean overlap divided by the
+// diameter.
 TEST(Packing, ContactStrainIsAboutTheMeanOverlap)
 {
   for (const double pressure : {1e4, 5e5}) {
@@ -341,7 +342,8 @@ TEST(Packing, LooserTargetIsMetByPreparationFriction)
 TEST(Packing, DenserTargetIsMetByOverconsolidation)
 {
   const auto engine = cpu_engine();
-  // With fewer grains, the void ratio changes in jumps that may miss a target so close.
+  // With fewer grains, the void ratio would change in jumps that can exceed the tolerance of the
+  // target.
   PackingRecipe recipe = paper_recipe(400, 20e3);
   const double frictionless = evaluate(*engine, generate_packing(recipe, *engine)).void_ratio;
   recipe.void_ratio = frictionless - 0.003;    // the tolerance is that of create_rve

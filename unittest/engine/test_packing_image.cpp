@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Images of packings: a mirrored or rotated packing responds to the equally mirrored or rotated
-// deformation with the equally mirrored or rotated stress.
+// Tests images of packings, which are mirrored or rotated packings. If the deformation is mirrored
+// or rotated in the same way, the stress must be mirrored or rotated, too.
 
 #include "oracle/love_sum.h"
 #include "rve/core/error.h"
@@ -44,8 +44,8 @@ int image_with(const Tensor2 &q)
   return -1;
 }
 
-/// Returns true for rotations by 0 and 180 degrees and for mirrors along the axes. They keep the
-/// order of every sum. The other images exchange x and y.
+/// Returns true for rotations by 0 and 180 degrees and for mirrors along the axes. These images
+/// keep the order of the terms in every sum. The other images exchange x and y.
 bool keeps_axes(int image)
 {
   return image % 2 == 0;
@@ -128,7 +128,9 @@ TEST(SpringStress, IsLovesSumOverAllPairsAndImages)
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(normal_forces.component[k], oracle.stress.component[k], 1e-12 * pressure);
 
-  // A tangential force f on the first grain adds f t (x) l / V, whichever grain owns the pair.
+  // A tangential force f on the first grain adds f t (x) l / V to the stress, with the tangent t,
+  // the branch vector l and the volume V. The added stress does not depend on the owner of the
+  // pair.
   const TouchingPair contact = find_contacts(packing).front();
   packing.pairs = {{contact.second, contact.first, 3.0}};
   const Tensor2 more = spring_stress(packing);
@@ -181,8 +183,8 @@ TEST_P(ResponseOfImage, IsTheImageOfTheResponse)
         EXPECT_NEAR(seen.result().stress.component[k], expected.component[k],
                     rounding * rig.result().mean_stress());
     }
-    // Distances are rounded differently, so that two grains that just touch may be in contact in
-    // one of the runs only.
+    // Distances are rounded differently. Two grains that just touch can therefore be in contact in
+    // only one of the runs.
     EXPECT_NEAR(seen.result().num_contacts, rig.result().num_contacts, keeps_axes(image) ? 0 : 1);
   }
 }

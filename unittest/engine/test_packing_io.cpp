@@ -148,7 +148,8 @@ TEST(PackingFile, StateIsRestoredToTheLastBit)
   EXPECT_TRUE(copy.list_fractional.empty());
 }
 
-// Packings without rolling resistance are written in the file format without it.
+// A file of a packing without rolling resistance must not contain the parameters of rolling
+// resistance.
 TEST(PackingFile, OnlyPackingsWithRollingResistanceHaveItsParameters)
 {
   const std::string path = temporary_path("rolling.rve");
@@ -631,7 +632,7 @@ TEST(LammpsData, SpheresAreRotatedAsAWhole)
     }
   }
 
-  // The forces and branch vectors in the table give the rotated stress of the springs.
+  // The forces and branch vectors in the table must add up to the rotated stress of the springs.
   std::istringstream table(text_of(path + ".contacts"));
   std::string line;
   std::getline(table, line);
@@ -654,7 +655,7 @@ TEST(LammpsData, SpheresAreRotatedAsAWhole)
                 1e-11 * std::fabs(trace(expected)));
 }
 
-// Otherwise write_rve to /dev/null would make a file /dev/null.contacts.
+// write_rve to /dev/null must not make a file /dev/null.contacts.
 TEST(LammpsData, ADeviceGetsNoContactTable)
 {
   const std::string link = temporary_path("null");

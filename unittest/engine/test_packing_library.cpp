@@ -48,7 +48,8 @@ PackingLibrary library_of(int count)
   return library;
 }
 
-/// Returns the error, without the path, of reading the library with `from` replaced by `to`.
+/// Replaces `from` by `to` in the text of a library, reads this library and returns the error
+/// message without the path.
 std::string message_after(std::string text, const std::string &from, const std::string &to)
 {
   const std::string path = temporary_path("broken.lib");
@@ -413,8 +414,8 @@ TEST(VoidRatioIndex, AllWithinTheToleranceAreEquallyProbable)
   for (int id = 1; id <= 30000; ++id) ++times[*index.draw_within(0.2, 0.0101, 3, id)];
 
   EXPECT_EQ(times[1] + times[2], 0);
-  // The three counts have two degrees of freedom. Chi-square then exceeds 18.4 once in ten thousand
-  // times.
+  // The three counts have two degrees of freedom. With them, chi-square exceeds 18.4 once in ten
+  // thousand times.
   EXPECT_LT(chi_square({times[0], times[3], times[4]}, 10000.0), 18.4);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The items of a phase of a kernel may be processed in any order and at the same time. The tests
-// process them in several threads and expect the same bits as from a loop. In a build with
-// GPU_RVE_SANITIZE=thread, the sanitizer also reports races between items.
+// A kernel consists of phases. The items of a phase are allowed to run in any order and at the same
+// time. The tests run the items in several threads and expect the same bits as from a loop. In a
+// build with GPU_RVE_SANITIZE=thread, the sanitizer also reports races between items.
 
 #include "support/block_in_threads.h"
 #include "support/rve_run.h"
@@ -72,9 +72,10 @@ TYPED_TEST(Phases, OfDisksWithEnergyBookkeepingRunInThreads)
       disks<TypeParam>(0.5), KernelVariant::General, drives, 1, true, servo_of_disks());
 }
 
-// In the second run the skin is so wide that grains have more pairs than they may own. If histories
-// stay in memory, as in `double`, a thread of a GPU keeps a copy of the pair that it read last. The
-// threads of this test would share this copy, so that they use arrays in this case.
+// In the second run the skin is so wide that grains have more pairs than they can own. In `double`,
+// histories of pairs stay in memory, and each thread of a GPU keeps a copy of the pair that it read
+// last. In BlockOfTwo, the threads of this test would share this copy. The test of `double`
+// therefore keeps grains in arrays.
 TYPED_TEST(Phases, OfSpheresRunInThreads)
 {
   using Config = VariantConfig<KernelVariant::Spheres, TypeParam>;

@@ -58,7 +58,7 @@ struct Deviation {
 };
 
 /// Returns the deviation from the data. Row n of the data has the forces of step n in the cell (1 +
-/// dt L)^(n-1). This is the state of the engine after n - 1 steps.
+/// dt L)^(n-1) H, with the initial cell H. These are the forces of the engine after n - 1 steps.
 Deviation compare(const std::string &test, Drive (*drive_for)(int substeps), Format format)
 {
   RveRig rig(paper_packing(), cpu_options(format));
@@ -108,8 +108,8 @@ TEST(ReferenceCurve, UniaxialCompressionFollowsSudoDem)
 {
   const Deviation deviation = compare("uni", uniaxial, Format::Double);
 
-  // The early difference is the O(dt) between the two integrators. The late difference is the
-  // measured scatter of equivalent runs of SudoDEM2D.
+  // The limit of the early difference is the O(dt) difference of the two integrators. The limit of
+  // the late difference is the measured scatter of equivalent runs of SudoDEM2D.
   EXPECT_LT(deviation.early, 1e-5);
   EXPECT_LT(deviation.late, 3e-4);
   EXPECT_LT(deviation.pressure, 3e-4);

@@ -86,7 +86,7 @@ TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
   const RveState end = state_of<TypeParam>(arrays, KernelVariant::General);
   EXPECT_GT(end.counters.rebuilds, 3);
   EXPECT_NE(end.servo_velocity_gradient(0, 0), 0.0);
-  // energies stay zero without bookkeeping
+  // Without bookkeeping, energies stay zero.
   EXPECT_EQ(end.energy.friction, 0.0);
   EXPECT_EQ(end.energy.work, 0.0);
 }
@@ -206,8 +206,8 @@ TYPED_TEST(SpheresInRegisters, StreamedSpheresWithEnergyHaveTheBitsOfResidentOne
         material, true, servo ? servo_of_spheres() : SteeringRecord<3>());
 }
 
-// A pair within the reach of the adhesion that does not touch loses its history before its force is
-// computed.
+// If a pair does not touch but is within the reach of the adhesion, it loses its history before its
+// force is computed.
 TYPED_TEST(SpheresInRegisters, StreamedSpheresWithinReachHaveTheBitsOfResidentOnes)
 {
   Material material = hertz_material(ContactLaw::Dmt);
@@ -216,7 +216,8 @@ TYPED_TEST(SpheresInRegisters, StreamedSpheresWithinReachHaveTheBitsOfResidentOn
   expect_that_spheres_may_pass_by<TypeParam, KernelVariant::SphereDmt>(material, true);
 }
 
-// The kernel variant for stored forces does not store contact radii between steps.
+// Without rescaling (mindlin/force), the engine uses a kernel variant that stores no contact radii
+// between steps.
 TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgram)
 {
   using All = VariantConfig<KernelVariant::SphereHertz, TypeParam>;
@@ -250,7 +251,7 @@ TEST(TwoSpheresOfAThread, AddLossesOfExtraPairsInTheOrderOfGrains)
   using Config = VariantConfig<KernelVariant::Spheres, MixedNumbers>;
   const Spheres begin = disordered_spheres(spheres_material(), 6, 2);
   RveRun<3> arrays = run_of<MixedNumbers>(begin, KernelVariant::Spheres), two = arrays;
-  // more pairs than grains may own
+  // With this skin there are more pairs than grains can own.
   const double skin = 2.0 * *std::min_element(begin.radius.begin(), begin.radius.end());
 
   for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Relaxed arithmetic of a GPU. It uses the approximate roots and quotients of the hardware and
-// fuses products with sums. For spheres it also omits terms of second order in the rotation of a
-// contact per step. It must change the last digits of results only.
+// Tests relaxed arithmetic on a GPU. Relaxed arithmetic uses the approximate roots and quotients of
+// the hardware and fuses products with sums. For spheres it also omits terms of second order in the
+// rotation of a contact per step. Only the last digits of results are allowed to change.
 
 #include "support/on_device.h"
 #include "support/small_packings.h"
@@ -36,8 +36,9 @@ Tensor<double, D> sheared(const RveStateOf<D> &state, Format format, Arithmetic 
   return results[0].stress;
 }
 
-/// Returns the stress after the same shear of many copies in a batch with short answers. The
-/// kernels of such a call have two spheres per thread and compute no details.
+/// Returns the stress after the same shear, from a batch of many copies whose calls return
+/// responses (status, number of contacts and stress). For such a call, the kernels keep two spheres
+/// per thread and compute only what a response contains.
 Tensor<double, 3> sheared_among_many(const Spheres &state, Format format, Arithmetic arithmetic)
 {
   constexpr int MANY = 1000;    // more than any GPU has multiprocessors
@@ -63,7 +64,8 @@ Tensor<double, 3> sheared_among_many(const Spheres &state, Format format, Arithm
 }
 
 /// Expects a small error relative to `double`. On an H200, strict arithmetic has errors of up to
-/// 1e-4 in `fast` and 2e-5 in `mixed`, and relaxed arithmetic of 1.4e-4 and 1e-5.
+/// 1e-4 in `fast` and 2e-5 in `mixed`. Relaxed arithmetic has errors of up to 1.4e-4 in `fast` and
+/// 1e-5 in `mixed`.
 template <int D> void expect_little_change(const RveStateOf<D> &state)
 {
   const Tensor<double, D> exact = sheared(state, Format::Double, Arithmetic::Strict);
@@ -97,7 +99,8 @@ TEST_F(RelaxedArithmetic, ChangesTheStressOfHertzianSpheresInTheLastDigits)
   const double kn = state.material.normal_stiffness, kt = state.material.tangential_stiffness;
   state.material.law = ContactLaw::Hertz;
   state.material.normal_stiffness = state.material.tangential_stiffness = 0.0;
-  // The contacts are as stiff as the springs at a contact radius of a tenth of a grain radius.
+  // At a contact radius of a tenth of a grain radius, the contacts are as stiff as the linear
+  // springs.
   state.material.hertz_stiffness = kn / 4.5e-4;
   state.material.mindlin_stiffness = kt / 4.5e-4;
   expect_little_change(state);

@@ -88,7 +88,8 @@ struct Ring {
 
   void turn(double spin_a, double spin_b) { state.spin = {spin_a, spin_b, spin_a, spin_b}; }
 
-  /// Sets the rolling force of all contacts. Some pairs are owned by a-disks and some by b-disks.
+  /// Sets the rolling force of all contacts. Disks a own some of the pairs, and disks b own the
+  /// others.
   void load(double force)
   {
     state.pairs = {
@@ -267,8 +268,9 @@ TEST_P(Rolling, BelowTheLimitSpinsOscillateWithTheClosedFormFrequency)
   }
 }
 
-// Sliding ends with a spring at its limit, f = mu_r f_n. The spring accelerates the disks back. W
-// then oscillates about zero with the amplitude omega mu_r f_n / (k_r R).
+// When sliding ends, the rolling spring is at its limit, f = mu_r f_n. The spring then accelerates
+// the disks in the opposite direction, and W oscillates about zero with the amplitude omega mu_r
+// f_n / (k_r R).
 TEST(RollingRing, ComesToRestAndOscillatesWithTheEnergyOfItsSprings)
 {
   Ring ring(rolling_material(0.2));
@@ -286,7 +288,7 @@ TEST(RollingRing, ComesToRestAndOscillatesWithTheEnergyOfItsSprings)
     largest = std::max(largest, std::fabs(relative_spin(rig.state())));
   }
 
-  // Sliding ends within a step, which is the error.
+  // The error results from the step within which sliding ends.
   EXPECT_NEAR(largest, amplitude, 0.02 * amplitude);
 }
 
@@ -303,8 +305,9 @@ TEST(RollingRing, AngularMomentumOfTheSpinsIsConserved)
 
   for (int call = 0; call < 20; ++call) {
     rig.strain(Tensor2::zero(), 1e-6, 100);
-    // Both disks of a contact get the same integer. Only the kicks are rounded. Their error is the
-    // same in all steps with the same moment, so that it adds up.
+    // Both disks of a contact get the same integer as moment, with opposite signs. Only the kicks
+    // are rounded. The rounding error is the same in all steps with the same moment, so that the
+    // errors add up.
     ASSERT_NEAR(momentum(rig.state()), before, 2000 * 0x1p-53 * size);
   }
   EXPECT_LT(std::fabs(rig.state().spin[1]), 310.0);
@@ -370,7 +373,8 @@ TEST(RollingRing, DissipationAtTheLimitIsCounted)
     const double lost = before.kinetic_energy + before.elastic_energy -
         (after.kinetic_energy + after.elastic_energy);
     EXPECT_GT(lost, 0.1 * before.kinetic_energy);
-    // The spins belong to a time half a step before the springs, which is the error.
+    // The energy of the spins belongs to a time half a step before the energy of the springs. This
+    // causes the error.
     EXPECT_NEAR(after.energy.friction, lost, 1e-3 * lost);
     EXPECT_EQ(after.energy.viscous, 0.0);
   }
@@ -423,7 +427,7 @@ TEST(RollingRing, StableTimeStepIsThatOfTheRollingSprings)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt}) {
     SCOPED_TRACE(word_of(law));
-    // The rolling stiffness is so large that the mode of the highest frequency is one of rolling.
+    // The rolling stiffness is so large that the mode with the highest frequency is a rolling mode.
     Ring ring(rolling_material(1e9, 2e7, law));
     const double bound = stable_time_step(ring.state);
     EXPECT_NEAR(largest_frequency(ring.state), ring.frequency(), 1e-10 * ring.frequency());
@@ -437,8 +441,8 @@ TEST(RollingRing, StableTimeStepIsThatOfTheRollingSprings)
       return std::fabs(relative_spin(rig.state()));
     };
 
-    // Two contacts act on each disk. The bound is that of the whole ring and not that of one
-    // contact.
+    // Two contacts act on each disk. The bound must be the bound of the whole ring and not the
+    // bound of one contact.
     EXPECT_NEAR(bound, 2.0 / ring.frequency(), 1e-6 * bound);
     EXPECT_LT(largest_spin(0.95 * bound), 0.02);
     EXPECT_GT(largest_spin(1.05 * bound), 1e3);
@@ -497,7 +501,7 @@ TEST(RollingPacking, RigidRotationRotatesTheStressAndKeepsTheRollingForces)
 
   rig.strain(spin_gradient(rate), dt, 151, 13 * 4);    // one turn
 
-  // The tolerance is that of the packing without rolling resistance (test_objectivity.cpp).
+  // The tolerance is the same as for the packing without rolling resistance (test_objectivity.cpp).
   const Result &after = rig.result();
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(after.stress.component[k], before.stress.component[k], 3e-4 * before.mean_stress());
@@ -580,8 +584,8 @@ TEST_P(Rolling, SkinDoesNotChangeABit)
   }
 }
 
-// Before every call the list is dropped, its order is reversed, and every other pair gets its other
-// grain as owner.
+// Before every call the list is marked as outdated and its order is reversed. In every other pair,
+// the other grain becomes the owner.
 TEST_P(Rolling, ChangeOfOwnersDoesNotChangeABit)
 {
   RveRig reference(Rolling::packing(), options());

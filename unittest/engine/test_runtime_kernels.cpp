@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time. All kernel variants of the table compile on a machine
-// without a GPU, and the cache finds a compiled kernel again. The tests are skipped without
-// libnvrtc.
+// Tests kernels that are compiled at run time. All kernel variants of the table must compile on a
+// machine without a GPU, and the cache must find a compiled kernel again. The tests are skipped
+// without libnvrtc.
 
 #include "rve/engine/kernel_text.h"
 #include "rve/engine/runtime_kernels.h"
@@ -32,7 +32,8 @@ struct Line {
 };
 
 /// Returns every kernel variant in one number format, and one variant in all formats. This
-/// suffices, since contact laws and number formats are independent.
+/// selection suffices, since the code of contact laws does not depend on the code of number
+/// formats.
 std::vector<Line> lines_to_compile()
 {
   const Line formats[] = {{KernelVariant::General, Format::Fast, Arithmetic::Strict},
@@ -95,7 +96,7 @@ void expect_compiled(const char *kernel, const Line &line)
   const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
   EXPECT_EQ(relaxed, line.arithmetic == Arithmetic::Relaxed);
   if (relaxed) return;
-  // The compiler may fuse operations that have no rounding mode.
+  // The compiler is allowed to fuse operations that have no rounding mode.
   for (const char *loose :
        {"\tadd.f32", "\tmul.f32", "\tadd.f64", "\tmul.f64", "sqrt.approx.f32", "div.approx.f32"})
     EXPECT_EQ(compiled.code.find(loose), std::string::npos) << loose;
@@ -173,7 +174,7 @@ TEST_F(RuntimeKernels, LogTheCompilationToTheCaller)
     runtime_kernel(other, NEWER_THAN_THE_COMPILER,
                    [this](const std::string &line) { log.push_back(line); });
   } catch (const std::exception &) {
-    // The kernel cannot be loaded without a GPU or on an older one.
+    // The kernel cannot be loaded without a GPU or on an older GPU.
   }
   ASSERT_FALSE(log.empty());
   EXPECT_EQ(log.back().find(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time give the same bits as the precompiled kernels of the
+// Tests that kernels compiled at run time give the same bits as the precompiled kernels of the
 // engine, in every format. The tests are skipped without a GPU.
 
 #include "rve/engine/cuda_variants.h"

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Modes of a stress servo. A mode is a velocity gradient that controls one sum of stresses. The
-// tests check the modes for given conditions and the convergence of the servo in an elastic
-// material. Modes that are single components must give the same bits as a servo for components.
+// Tests the modes of a stress servo. A mode is a velocity gradient that controls one weighted sum
+// of stress components. The tests check the modes that follow from given conditions, and the
+// convergence of the servo in an elastic material. Modes that are single components must give the
+// same bits as a servo for components.
 
 #include "rve/algorithm/stress_servo.h"
 #include "rve/core/error.h"
@@ -38,7 +39,8 @@ struct Control {
   Sums rates, stresses;
 };
 
-/// Laboratory tests; shear components without a condition keep a rate of zero.
+/// Conditions of laboratory tests. Shear components that have no stress condition keep a rate of
+/// zero.
 const Control CONTROLS[] = {{"isotropic", {XY, XZ, YZ}, {XX, YY, ZZ}},
                             {"all stresses", {}, {XX, YY, ZZ, XY, XZ, YZ}},
                             {"isotropic strain", {XY, XZ, YZ, SIDES, {1, 0, -1, 0, 0, 0}}, {MEAN}},
@@ -111,9 +113,9 @@ double largest_error(const SteeredModes<3> &modes, const Tensor3 &stress)
   return most;
 }
 
-/// Changes all goals in a step and lets the servo act. Returns the largest error of the stresses,
-/// divided by the initial one. The time is `radians`, measured in radians of the fastest wave for
-/// which the servo is designed.
+/// Raises all goals from zero at once and lets the servo act. Returns the largest final error of
+/// the stresses divided by the largest initial error. The servo acts for the time radians/w, with
+/// the angular frequency w of the fastest wave for which the servo is designed.
 double error_left(const Control &control, double poisson, double radians)
 {
   const ServoModesOf<3> servo(control.rates, control.stresses);
@@ -168,9 +170,9 @@ TEST(ServoModes, KeepPrescribedRatesAndAreDual)
   }
 }
 
-// The servo needs no parameter of the material. It damps its oscillations by a quarter of its gain,
-// about 0.08 per radian. Constant b and q at an axial rate control less than the work conjugates
-// and take longer.
+// The servo needs no parameter of the material. Its oscillations decay at a quarter of its gain,
+// about 0.08 per radian. The controls with constant b or constant q at an axial rate take longer,
+// since their stresses are not work conjugate to the free rates.
 TEST(ServoModes, ConvergeInAnyIsotropicElasticMaterial)
 {
   for (const Control &control : CONTROLS)
@@ -246,7 +248,7 @@ TEST(ServoModes, ContinueFromCallToCallUnlessRestarted)
 
   const double rate = whole.result().servo_velocity_gradient(0, 0);
   EXPECT_NEAR(parts.result().servo_velocity_gradient(0, 0), rate, 1e-9);
-  // After `modes_begin`, the rate that the servo accumulated in the first call is missing.
+  // `modes_begin` discards the rate that the servo accumulated in the first call.
   EXPECT_NEAR(anew.result().servo_velocity_gradient(0, 0), rate - before, 0.2 * std::fabs(rate));
   EXPECT_GT(std::fabs(before), 0.3 * std::fabs(rate));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The number format `single` with fp32 positions, as in the paper. It is accurate for the soft
-// grains of the paper and inaccurate for stiff grains.
+// Tests the number format `single`, which has fp32 positions as in the paper. The format is
+// accurate for the soft grains of the paper and inaccurate for stiff grains.
 
 #include "support/environment.h"
 #include "support/messages.h"
@@ -57,8 +57,8 @@ double held_pressure(const RveState &state, Format format)
 
 TEST(SingleFormat, KeepsThePressureOfSoftGrains)
 {
-  // The last digit of a position is 2^-24 of the cell or 1e-6 diameters. This is 1e-4 of an overlap
-  // of 6e-3 diameters.
+  // The last digit of a position is 2^-24 of the cell or 1e-6 diameters. An overlap is 6e-3
+  // diameters, so that its relative error is about 1e-4.
   EXPECT_NEAR(held_pressure(paper_packing(), Format::Single), 1.0, 1e-4);
 }
 
@@ -144,7 +144,8 @@ TEST(SingleFormat, ExistsOnCpusOnly)
     const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
     EXPECT_NE(make_engine(options)->description().find("CPU"), std::string::npos);
   }
-  // If a device is required, the format is an error unless the CPU was chosen.
+  // If GPU_RVE_REQUIRE_CUDA requires a GPU, the format is an error unless the CPU is chosen
+  // explicitly.
   const Environment demand("GPU_RVE_REQUIRE_CUDA", "1");
   EXPECT_EQ(message_of([&] { make_engine(options); }),
             "GPU_RVE_REQUIRE_CUDA=1 forbids the CPU, but number format single is available on CPUs "

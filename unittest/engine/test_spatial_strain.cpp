@@ -72,7 +72,8 @@ TEST(SpatialRotation, RecoversItsVectorUpToHalfATurn)
       const Vector turn = of_length(random_vector(random, 1.0), angle);
       EXPECT_LT(distance(rotation_vector(spatial_rotation(turn)), turn), 1e-14 + 4e-16) << angle;
     }
-  // A rotation beyond half a turn is one in the opposite direction.
+  // A rotation by more than half a turn is equivalent to a smaller rotation in the opposite
+  // direction.
   const Vector far{{0.0, 0.0, kPi + 0.5}};
   EXPECT_LT(distance(rotation_vector(spatial_rotation(far)), {{0.0, 0.0, 0.5 - kPi}}), 1e-14);
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Arrays of spheres with sliding contacts. The ratios of their stresses depend only on geometry and
-// friction, not on the springs.
+// Tests arrays of spheres with sliding contacts. The stress ratios of an array depend only on
+// geometry and friction, not on the springs.
 //
 // An array consists of layers. In a layer, spheres form rectangles with edges a_x and a_y. Spheres
 // of a layer do not touch. The layers are a height h apart. Each sphere is above the middle of a
 // rectangle of the layer below. For a_x = a_y = sqrt(2) h the array is face-centred cubic. Spheres
 // of neighbouring layers touch, with the branch vectors b = (+-a_x/2, +-a_y/2, h). A deformation
-// with the velocity gradient L that keeps |b| makes these contacts slide in the direction s = L b /
-// |L b|. With the normal n and the friction mu, the contact force is proportional to n - mu s, so
-// that
+// with a velocity gradient L that does not change |b| makes these contacts slide in the direction
+// s = L b / |L b|. With the normal n and the friction mu, the contact force is proportional to
+// n - mu s, so that
 //   sigma_zz / sigma_xx = (n_z - mu s_z) b_z / ((n_x - mu s_x) b_x).
-// For a_x = a_y = a this is 2 t (t + mu) / (1 - mu t), with t = sqrt(2) h / a. For t = 1 it is the
-// strength of the array of Thornton (1979, Geotechnique 29, 441-459):
+// For a_x = a_y = a this ratio is 2 t (t + mu) / (1 - mu t), with t = sqrt(2) h / a. For t = 1 the
+// ratio is the strength of the array of Thornton (1979, Geotechnique 29, 441-459):
 //   2 (1 + mu) / (1 - mu) in axisymmetric compression,
 //   2 (sqrt(3) + sqrt(2) mu) / (sqrt(3) - 2 sqrt(2) mu) in plane strain.
 
@@ -88,8 +88,8 @@ Vector unit(const Vector &x)
   return (1.0 / std::sqrt(dot(x, x))) * x;
 }
 
-/// Returns the stress ratios if all contacts slide. Their branch vectors are b and have just
-/// changed by db.
+/// Returns the stress ratios of an array in which all contacts slide. The contacts have branch
+/// vectors b, which have just changed by db.
 Ratios sliding_ratios(const Vector &b, const Vector &db)
 {
   const Vector n = unit(b), s = unit(db - dot(db, n) * n);
@@ -131,7 +131,8 @@ void expect_ratios_of_sliding(bool plane)
 TEST(SlidingArray, OracleIsTheFormulaOfFiniteStrainsAndThorntonsStrength)
 {
   const double mu = FRICTION, root2 = std::sqrt(2.0), root3 = std::sqrt(3.0);
-  // The length of b stays if b . db = 0: the sphere slides outwards as much as downwards.
+  // The length of b stays constant if b . db = 0, that is if the sphere moves outwards and
+  // downwards at the right ratio.
   const Vector b{{0.5, 0.5, 0.7}};
   const double outwards = 0.7 * 0.7 / (0.5 * 0.5 + 0.5 * 0.5), t = root2 * 0.7;
   EXPECT_NEAR(sliding_ratios(b, {{0.5 * outwards, 0.5 * outwards, -0.7}}).zz_xx,

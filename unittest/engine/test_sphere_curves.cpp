@@ -32,11 +32,12 @@ struct Row {
 /// Another DEM program that strained the same packings.
 struct KernelVariant {
   const char *name;
-  int steps_behind;    ///< row n of its data is our state after n - steps_behind steps
-  Arms arms;           ///< our lever arms that are closest to those of the program
+  int steps_behind;    ///< row n: state of the engine after n - steps_behind steps
+  Arms arms;           ///< setting of the engine closest to the program
 };
 
-/// Row n of YADE has the forces of step n in the cell (1 + dt L)^(n-1).
+/// Row n of the data of YADE has the forces of step n in the cell (1 + dt L)^(n-1) H, with the
+/// initial cell H.
 const KernelVariant YADE{"yade", 1, Arms::Contact};
 const KernelVariant LAMMPS{"lammps", 0, Arms::Lammps};
 
@@ -76,8 +77,9 @@ double stress_ratio(const ResultOf<3> &result)
 ///   simple shear                   2e-4 at 0.5 %, 8e-4 at 1 %, 2e-3 at 2 %
 ///   drained triaxial compression   4e-4 at 0.5 %, 4e-3 at 1 %
 /// In undrained compression, the number formats of this engine differ by 4e-3 up to 2 % of shear.
-/// The largest difference over many strains may be two or three times as large. Our lever arms end
-/// at the contact point, those of YADE are the radii. This contributes 1.5e-4.
+/// The largest difference over many strains can be two or three times as large. The lever arms of
+/// the engine end at the contact point, and the lever arms of YADE are the radii. This contributes
+/// 1.5e-4 to the difference of q/p.
 struct Curve {
   const char *test;
   Tensor3 gradient;            ///< velocity gradient [1/time]
@@ -89,8 +91,8 @@ struct Curve {
 
 constexpr double RATE = 0.25, SIDES = 1e5;
 
-/// Returns the tests that are compared with YADE. `uniaxial` is the limit for the uniaxial test, in
-/// which runs scatter least.
+/// Returns the tests that are compared with YADE. `uniaxial` is the limit of the difference of q/p
+/// in the uniaxial test, in which runs scatter least.
 std::vector<Curve> curves_of_yade(double uniaxial)
 {
   return {{"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, uniaxial, uniaxial, 1e-4},
@@ -201,7 +203,7 @@ Spheres hertz_packing()
   material.normal_stiffness = material.tangential_stiffness = 0.0;
   material.hertz_stiffness = 4.0 / 3.0 * 0.5 * young / (1.0 - poisson * poisson);
   material.mindlin_stiffness = 8.0 * 0.5 * shear / (2.0 - poisson);
-  material.mindlin_displacement = 0.0;    // forces are kept
+  material.mindlin_displacement = 0.0;    // mindlin/force
   return packing_of("H1", material);
 }
 

@@ -70,8 +70,8 @@ Material with_dashpots(Material material)
   return material;
 }
 
-/// Returns the material with Marshall's twisting resistance, which follows from tangential springs
-/// and friction on the contact area, instead of its own twisting springs.
+/// Returns the material with Marshall's twisting resistance in place of its own twisting springs.
+/// Marshall's resistance follows from tangential springs and friction on the contact area.
 Material after_marshall(Material material)
 {
   material.twisting_stiffness = material.twisting_friction = material.twisting_viscosity = 0.0;
@@ -141,7 +141,7 @@ TEST(SphereImpact, OfHertzThatSlidesTransfersTheCoulombImpulse)
     EXPECT_NEAR(after.velocity[0], -0.5 * v_n, error * v_n) << to_string(format);
     EXPECT_NEAR(after.velocity[1], 0.6 * (0.5 * v_t - impulse / m), error * v_t);
     EXPECT_NEAR(after.velocity[2], 0.8 * (0.5 * v_t - impulse / m), error * v_t);
-    // 5/2 mu (1 + e) v_n / (2 r) of each, about n x t
+    // Each sphere gets the spin 5/2 J/(m r) about n x t, with the impulse J.
     const double turn = 2.5 * impulse / (m * RADIUS);
     for (int grain = 0; grain < 2; ++grain) {
       EXPECT_NEAR(after.spin[3 * grain], 0.0, error * turn);
@@ -170,7 +170,7 @@ TEST(SphereTurning, DecreasesByTheLimitsOfRollingAndTwisting)
       const double spring = law == ContactLaw::Linear
           ? material.normal_stiffness * overlap
           : material.hertz_stiffness * std::sqrt(REDUCED_RADIUS) * std::pow(overlap, 1.5);
-      // Normal force on which the limits of the moments depend.
+      // `limiting` is the normal force to which the limits of the moments are proportional.
       const double limiting = spring + 4.0 * kPi * material.surface_energy * REDUCED_RADIUS;
       const double moment = limiting *
           (twists ? material.twisting_friction : REDUCED_RADIUS * material.rolling_friction);
@@ -234,8 +234,8 @@ TEST(SphereTurning, MarshallTwistingOscillatesWithTheStiffnessOfTheContactArea)
     const double kt = law == ContactLaw::Linear ? material.tangential_stiffness
                                                 : material.mindlin_stiffness * std::sqrt(area);
     const double inertia = 0.4 * sphere_mass(material, RADIUS) * RADIUS * RADIUS;
-    // The spheres of the chain twist in alternating directions. Each sphere has two contacts, which
-    // twist by twice its angle.
+    // The spheres of the chain twist in alternating directions. Each sphere has two contacts, and a
+    // contact twists by twice the angle of the sphere.
     const double frequency = std::sqrt(4.0 * 0.5 * kt * area / inertia);
     const int steps = 2000;
     SphereRig rig(state, options_for(state));
@@ -292,7 +292,7 @@ TEST(SimpleCubic, AdhesiveArraySeparatesAtThePullOffForce)
 {
   const Material material = material_of(ContactLaw::Dmt);
   const double pull_off = 4.0 * kPi * material.surface_energy * REDUCED_RADIUS;
-  // The contacts are about to open, without a spring force.
+  // The contacts are about to open, so that their spring force is nearly zero.
   const double overlap = 1e-10 * RADIUS, distance = 2.0 * RADIUS - overlap;
   Spheres state = simple_cubic(material, 4, RADIUS, overlap);
   const ResultOf<3> parting = SphereRig(state, options_for(state)).advance(DriveOf<3>());

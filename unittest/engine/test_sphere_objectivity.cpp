@@ -143,7 +143,7 @@ TEST_P(TurnOfSpheres, AtConstantStressChangesOnlyTheAxes)
   EXPECT_LT(stress_error, 1e-7);
   EXPECT_LT(strain, 1e-6);
   EXPECT_NEAR(after.void_ratio, before.void_ratio, 1e-6);
-  // The tolerance is a difference of three contacts.
+  // The tolerance allows a difference of three contacts.
   EXPECT_NEAR(after.coordination_number, before.coordination_number, 0.06);
 }
 
@@ -167,8 +167,8 @@ Vector tangential_force_of(const Spheres &state, int first, int second)
   return Vector::zero();
 }
 
-/// Projects a history as LAMMPS does: onto the plane across the new normal. The length is kept. The
-/// history does not rotate about the normal.
+/// Projects a history onto the plane perpendicular to the new normal, as LAMMPS does. The length of
+/// the history is kept. The projection does not rotate the history about the normal.
 void project(Vector &h, const Vector &n)
 {
   const double before = dot(h, h);
@@ -176,8 +176,8 @@ void project(Vector &h, const Vector &n)
   h = std::sqrt(before / dot(h, h)) * h;
 }
 
-/// Stress of the tangential forces now, and after a full turn of the RVE in which the forces are
-/// projected in each step.
+/// Stress of the tangential forces: the stress now, and the stress after a full turn of the RVE in
+/// which each step projects the forces.
 struct TangentialStress {
   Tensor3 now = Tensor3::zero(), projected = Tensor3::zero();
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The preparation of packings of spheres on the CPU engine, and a packing of another program.
+// Tests the preparation of packings of spheres on the CPU engine, and a packing from another
+// program.
 
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
@@ -75,7 +76,7 @@ struct Sample {
   double solid_fraction, coordination;
 };
 
-/// Returns the mean over some seeds.
+/// Returns the mean results of `seeds` packings with consecutive seeds.
 Sample mean_of_packings(PackingRecipe recipe, int seeds, int least_contacts)
 {
   const auto engine = cpu_engine();
@@ -236,7 +237,8 @@ TEST(SpherePacking, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
       << message;
 }
 
-// The contacts and the stress of a packing from another program are those that YADE 2023.02a found.
+// The packing comes from another program. The engine must find the same contacts and stress as YADE
+// 2023.02a.
 TEST(SpherePacking, PackingOfAnotherProgramHasItsStress)
 {
   Material material = spheres_material();

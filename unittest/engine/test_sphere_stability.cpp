@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The largest stable time step of spheres. The tests compare frequencies with closed forms, run
-// slightly shorter and longer steps, and check the bound that an engine computes.
+// Tests the largest stable time step of spheres. The tests compare frequencies with closed forms,
+// run with steps slightly below and above the bound, and check the bound that an engine computes.
 
 #include "rve/engine/stability.h"
 #include "support/spheres.h"
@@ -161,8 +161,8 @@ TEST(SphereStability, GasIsBoundedByOneContactOfItsLightestSpheres)
   EXPECT_NEAR(stable_time_step(gas), 2.0 / (frequency * std::sqrt(1.3)), 1e-12 * 2.0 / frequency);
 }
 
-// Without contacts, the bound is that of a contact that may form. Its frequency is the highest one
-// of two touching spheres that slide, roll and twist on each other.
+// Without contacts, the bound follows from a contact that can form: from the highest frequency of
+// two touching spheres that slide, roll and twist on each other.
 TEST(SphereStability, RotatingSpheresWithoutContactsAreBoundedByTheLightestOne)
 {
   for (const double rolling_stiffness : {1e5, 2e6, 2e7})

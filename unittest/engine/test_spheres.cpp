@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs of spheres through the whole engine.
+// Tests RVEs of spheres in the whole engine.
 
 #include "engine/test_states.h"
 #include "rve/core/pi.h"
@@ -36,7 +36,7 @@ TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)
   material.tangential_stiffness = 100.0 * material.normal_stiffness;    // reaches the limit at once
   Spheres state = spheres(material, 0.1 * Tensor3::identity(), {r, r},
                           {0.05 - r, 0.05, 0.05, 0.05 + r, 0.05, 0.05});
-  // The direction of sliding across the normal is not along an axis.
+  // The direction of sliding is perpendicular to the normal and oblique to the other axes.
   state.velocity = {0.5 * v_n,  0.5 * 0.6 * v_t,  0.5 * 0.8 * v_t,
                     -0.5 * v_n, -0.5 * 0.6 * v_t, -0.5 * 0.8 * v_t};
   const double m = sphere_mass(material, r);
@@ -48,7 +48,7 @@ TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)
     const Spheres after = rig.state();
 
     const double impulse = 0.5 * m * 2.0 * v_n * mu;    // mu m* (1 + e) v_n with e = 1
-    // The contact starts and ends within a step. This is the error.
+    // The error comes from the steps within which the contact starts and ends.
     const double error = format == Format::Fast ? 2e-3 : 1e-3;
     EXPECT_NEAR(after.velocity[0], -0.5 * v_n, error * v_n) << to_string(format);
     EXPECT_NEAR(after.velocity[1], 0.6 * (0.5 * v_t - impulse / m), error * v_t);
@@ -204,7 +204,7 @@ TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
   }
 }
 
-// The shear is slow, so that friction and not impacts dissipate the energy.
+// The shear is slow, so that friction, and not impacts, dissipates the energy.
 TEST(Spheres, WorkOfShearGoesIntoSpringsFrictionDampingAndMotion)
 {
   PackingRecipe recipe;
@@ -257,8 +257,8 @@ TEST(Spheres, BalanceTheirEnergy)
 
 namespace {
 
-/// Deforms a packing, and the same packing in a rotated frame. Returns the largest difference of
-/// the stresses in the same frame, divided by the mean stress.
+/// Deforms a packing, and the same packing in a rotated frame. Transforms both stresses to the same
+/// frame, and returns their largest difference divided by the mean stress.
 double difference_of_a_turned(const Spheres &plain)
 {
   const Tensor3 turn = spatial_rotation({{0.7, -0.4, 1.1}});

@@ -94,8 +94,8 @@ double jacobi_largest(std::vector<double> a, int n)
   return largest;
 }
 
-/// Integrates z'' = -w^2 z - b z' with the velocity of half a step before in the dashpot. Returns
-/// true if z grows. `frequency` is w and `dashpot_rate` is b.
+/// Integrates z'' = -w^2 z - b z', with the frequency w and the dashpot rate b. The dashpot uses
+/// the velocity half a step earlier. Returns true if z grows.
 bool oscillator_grows(double frequency, double dashpot_rate, double dt)
 {
   double x = 1.0, v = 0.0;
@@ -202,8 +202,8 @@ TEST(Stability, HexagonalLatticeThatRollsHasTheClosedFormFrequency)
   EXPECT_NEAR(largest_frequency(state), turning, 1e-8 * turning);
 }
 
-// Without contacts, the bound is that of a contact that may form. Its frequency is the highest one
-// of two touching grains, with sliding and rolling coupled.
+// Without contacts, the bound follows from a contact that can form: from the highest frequency of
+// two touching grains, whose sliding and rolling are coupled.
 TEST(Stability, RollingGrainsWithoutContactsAreBoundedByTheLightestOne)
 {
   const double touch = 1e-12;
@@ -213,7 +213,7 @@ TEST(Stability, RollingGrainsWithoutContactsAreBoundedByTheLightestOne)
     pair.material.rolling_friction = 0.2;
     EXPECT_NEAR(pair_frequency(pair), largest_frequency(pair), 1e-9 * pair_frequency(pair));
 
-    // The rolling frequency of a small grain is higher on a large grain than on a grain of its
+    // A small grain has a higher rolling frequency on a large grain than on a grain of its own
     // size.
     RveState gas = state_of(pair.material, 0.2 * Tensor2::identity(), {0.001, 0.001, 0.01},
                             {0.02, 0.02, 0.06, 0.02, 0.1, 0.1});

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// An engine computes bounds of the time steps of its RVEs. A bound never exceeds the exact bound of
-// the state. If the exact bound is near the requested step, the bound is within a few per cent of
-// it. The same source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
+// Tests the bounds of time steps that an engine computes for its RVEs. A computed bound must never
+// exceed the exact bound of the state. If the exact bound is near the requested step, the computed
+// bound must be within a few per cent of the exact bound. The same source is compiled for a CPU
+// and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 #include "support/packings.h"
@@ -18,8 +19,8 @@ using namespace rve_test;
 
 namespace {
 
-/// Largest allowed ratio of stable_time_step() to the bound. The checks of time steps have a margin
-/// of 5 % for it.
+/// Largest allowed ratio of stable_time_step() to the bound. The checks of time steps allow for
+/// this ratio with a margin of 5 %.
 constexpr double LOOSEST = 1.05;
 
 class StabilityBound : public OnDevice {
@@ -44,7 +45,7 @@ class StabilityBound : public OnDevice {
   }
 };
 
-/// Returns the state after a strain at which another network bears the load.
+/// Returns the state after a strain at which other contacts bear the load.
 RveState strained(const RveState &state, const Tensor2 &gradient, double strain)
 {
   RveRig rig(state);
@@ -127,8 +128,8 @@ TEST_P(StabilityBound, WithoutContactsIsThatOfTheFirstContact)
   EXPECT_GE(found, exact / LOOSEST);
 }
 
-// A bound far above the requested step may be inaccurate. A bound must be below the requested step
-// if and only if the exact bound is.
+// A computed bound far above the requested step is allowed to be inaccurate. But it must be below
+// the requested step if and only if the exact bound is below this step.
 TEST_P(StabilityBound, DecidesIfAStepIsStable)
 {
   const RveState state = paper_packing();

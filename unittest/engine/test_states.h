@@ -47,7 +47,8 @@ inline rve::RveState two_disks(double overlap)
                   {0.05, 0.05, 0.05 + 0.6 * distance, 0.05 + 0.8 * distance});
 }
 
-/// Returns disks in which every member differs from its default and no number is a round decimal.
+/// Returns disks whose members differ from their defaults. Most numbers are random and need all
+/// digits.
 inline rve::RveState crowded_state(int num_grains, unsigned seed)
 {
   std::mt19937_64 random(seed);
@@ -79,7 +80,8 @@ inline rve::RveState crowded_state(int num_grains, unsigned seed)
   return state;
 }
 
-/// Returns spheres in which every member differs from its default and no number is a round decimal.
+/// Returns spheres whose members differ from their defaults. Most numbers are random and need all
+/// digits.
 inline rve::RveStateOf<3> crowded_spheres(int num_grains, unsigned seed)
 {
   std::mt19937_64 random(seed);

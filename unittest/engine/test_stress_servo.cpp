@@ -72,7 +72,7 @@ TEST(StressServo, LeavesTheOtherComponentsToTheVelocityGradient)
   EXPECT_EQ(result.deformation(0, 1), 0.0);
   EXPECT_EQ(result.deformation(1, 0), 0.0);
   EXPECT_NEAR(result.deformation(1, 1), std::exp(-0.05 * 4000 * 5e-5),
-              1e-12);    // third order per step: (L dt)^3 / 6 = 3e-18
+              1e-12);    // error of a step: (L dt)^3 / 6 = 3e-18
   EXPECT_GT(result.deformation(0, 0), 1.0);
   EXPECT_EQ(result.servo_velocity_gradient(1, 1), -0.05);
 }
@@ -105,8 +105,8 @@ TEST(StressServo, SettingOfOneCallIsKeptForTheNext)
   parts.advance(half);
   parts.advance(half);
 
-  // Both motions agree except for the rounding of forces by 2^-52 of the largest force, since the
-  // force scale is chosen at the beginning of each call.
+  // The engine chooses the force scale at the beginning of each call. Both motions therefore differ
+  // by the rounding of forces, 2^-52 of the largest force.
   EXPECT_NEAR(parts.result().servo_velocity_gradient(0, 0),
               whole.result().servo_velocity_gradient(0, 0), 1e-9);
   EXPECT_NEAR(parts.result().stress(0, 0), whole.result().stress(0, 0), 1e-8 * 1e5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Choice of the kernel variant for RVEs and a call.
+// Tests the choice of the kernel variant from the contacts of the RVEs and the needs of a call.
 
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"

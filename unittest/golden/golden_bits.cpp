@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Golden bits: tests that fixed runs give the same results, to the last bit, as when
-// golden_bits.txt was written.
+// Tests that fixed runs give the results of golden_bits.txt to the last bit ("golden bits").
 //
 //   golden_bits [--device cpu|cuda] [--file FILE] [--only PART]
-//       compares the runs that have PART in their names; prints differences and their sizes
+//       runs everything with PART in its name, compares the results with the file and prints the
+//       differences
 //   golden_bits --renew "reason" [--file FILE]
-//       rewrites the lines that differ, each with the reason
+//       rewrites the file; the lines that differ get the reason
 //
 // A changed bit is not always an error, but it must be intended. A commit that changes bits must
 // also renew the file.
@@ -30,7 +30,7 @@ namespace {
 
 using golden::Record;
 
-constexpr int SKIPPED = 77;    // as in CMakeLists.txt
+constexpr int SKIPPED = 77;    // SKIP_RETURN_CODE in CMakeLists.txt
 
 constexpr const char *HEAD =
     "# Golden bits: what fixed runs compute, kept by golden_bits (unittest/golden). A line has a "
@@ -40,7 +40,7 @@ constexpr const char *HEAD =
     "# and pairs. After # stands why the bits are not those of the line before:\n"
     "#     golden_bits --renew \"reason\"\n";
 
-/// A line of the file.
+/// A line of golden_bits.txt.
 struct Line {
   Record record;
   std::string reason;
@@ -53,7 +53,7 @@ std::string hash_text(std::uint64_t hash)
   return text;
 }
 
-/// Returns the shortest exact text: a decimal number for counts, a hexadecimal one for all others.
+/// Returns an exact text of the value: decimal for integers below 1e9, hexadecimal for all others.
 std::string exact(double value)
 {
   char text[64];
@@ -168,7 +168,8 @@ Arguments arguments_from(int argc, char **argv)
   return arguments;
 }
 
-/// Prints the differences and returns true if there are none.
+/// Prints the differences and returns true if there are none. With `has_all`, a stored run that is
+/// missing in `now` is a difference.
 bool compare(const std::map<std::string, Line> &stored, const std::vector<Record> &now,
              bool has_all)
 {
@@ -219,7 +220,7 @@ int run(const Arguments &arguments)
     rve::Options options;
     options.device = rve::Device::Auto;
     rve::make_engine(options,
-                     &obstacle);    // an error if GPU_RVE_REQUIRE_CUDA requires a device
+                     &obstacle);    // throws if GPU_RVE_REQUIRE_CUDA is set and no device works
     if (!obstacle.empty()) {
       std::printf("golden_bits: skipped: %s\n", obstacle.c_str());
       return SKIPPED;

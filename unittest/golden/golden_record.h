@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A record of a run: a hash of all its bits, and a few numbers that show the size of a change.
+// A record of a run: a hash of all bits of its results, and a few results that show the size of a
+// change.
 
 #pragma once
 
@@ -11,7 +12,7 @@
 namespace golden {
 
 struct Record {
-  std::string name;    ///< "engine/plain/fast/state"
+  std::string name;    ///< for example "engine/plain/fast/states"
   std::uint64_t hash = 0;
   std::vector<std::pair<std::string, double>> numbers;    ///< name and value
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The runs with golden bits. Their initial states and drives are computed from sums, products,
-// quotients and roots only, which have the same bits on every machine. Lines marked `libm` call the
-// mathematical library of the host. A library with other roundings may change last bits there. The
-// results of glibc have been the same for years, on all processors.
+// The runs with golden bits. Their initial states and drives need only sums, products, quotients
+// and roots, which have the same bits on every machine. The lines marked `libm` are exceptions:
+// they call the mathematical library of the host, and another library can change the last bits
+// there. The results of glibc have been the same for years, on all processors.
 
 #include "golden_scenes.h"
 #include "state_hash.h"
@@ -44,8 +44,9 @@ namespace {
   // ---- bits and numbers of results of the engine ----
 
   /// Adds the results that do not depend on the Verlet list. After a fatal status it adds only the
-  /// status. The number of pairs belongs to the hash of lists. Energies have their own hash, since
-  /// the engine adds losses in the order of pairs.
+  /// status. The number of pairs is added to the hash of lists instead. Energies have their own
+  /// hash, since the engine adds losses in the order of pairs and this order depends on the Verlet
+  /// list.
   template <int D> void add_result(BitHash &hash, const ResultOf<D> &r)
   {
     hash.add(r.status);
@@ -140,8 +141,7 @@ namespace {
     return state;
   }
 
-  /// Returns the packing of the examples with 400 grains, which need several registers of a GPU's
-  /// block.
+  /// Returns the packing of the examples with 400 grains, with random velocities and spins.
   RveState large_packing()
   {
     RveState state = packing_of_400();
@@ -149,7 +149,7 @@ namespace {
     return state;
   }
 
-  /// Returns a drive by a stretch without rotation.
+  /// Returns a drive with a stretch and no rotation.
   Drive stretch(double xx, double xy, double yy, int substeps)
   {
     Drive drive;
@@ -196,7 +196,7 @@ namespace {
     const auto hertz = [](Material &m) {
       m.law = ContactLaw::Hertz;
       m.normal_stiffness = m.tangential_stiffness = 0.0;
-      // The overlaps are those of the linear springs that made the packings.
+      // The packings keep their overlaps, which belong to linear springs.
       m.hertz_stiffness = 2e9;
       m.mindlin_stiffness = 1.7e9;
       m.restitution_damping = 0.2;
@@ -254,14 +254,15 @@ namespace {
     Scene &rigid = add("rigid_turn", two, paths);
     rigid.turns = true;
 
-    // The deformation is so large that the lattice is reduced. The packing is loosened, so that no
-    // overlap exceeds the limit.
+    // The deformation is so large that the lattice is reduced. The cell is enlarged beforehand, so
+    // that no overlap exceeds its limit.
     RveState loose = small_packing(2);
     loose.cell = 1.04 * loose.cell;
     Drive far = stretch(0.03, 0.25, 0.03, 600);
     Scene &reductions = add("lattice_reduction", {loose}, {far});
     reductions.calls = 5;
-    // A skin beyond the radius lists more pairs than grains may own.
+    // With a skin larger than the radius, some grains have more pairs than they can own. The engine
+    // keeps these extra pairs in a list.
     add("rebuilds_and_extra_pairs", two, servos).options.skin = 5e-3;
 
     add("evaluation", two, {stretch(0.0, 0.0, 0.0, 0), stretch(0.0, 0.0, 0.0, 0)}).calls = 1;
@@ -445,8 +446,8 @@ namespace {
       add_list(lists, state);
       energies.add(state.energy);
     }
-    // A call with the short answer takes another path through the engine. It comes after the states
-    // are recorded.
+    // A call that returns responses instead of full results takes another path through the engine.
+    // It comes last, so that it does not change the recorded states.
     engine->advance(rves, scene.drives, short_answers);
     for (const ResponseOf<D> &answer : short_answers) {
       responses.add(answer.status);
@@ -509,8 +510,8 @@ namespace {
 
   // ---- the material point method ----
 
-  /// Runs ground with two material laws. A footing moves down on it, a traction acts next to the
-  /// footing, and a plate above the ground moves to the right.
+  /// Runs a block of ground with two material laws. A footing moves down into it, a traction acts
+  /// on the surface next to the footing, and a plate above the ground moves to the right.
   void run_mpm(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
                std::vector<Record> &records)
   {
@@ -550,7 +551,7 @@ namespace {
     }
 
     mpm::LinearElastic<2> elastic(10e6, 0.3);
-    mpm::MohrCoulomb<2> frictional(10e6, 0.3, 2e3, 30.0, 5.0);    // libm: its angles
+    mpm::MohrCoulomb<2> frictional(10e6, 0.3, 2e3, 30.0, 5.0);    // libm: its two angles
     scene.begin_memory(frictional);
     mpm::MpmSolver<2> solver(options);
     solver.set_models({&elastic, &frictional});
@@ -589,8 +590,8 @@ namespace {
                        {{"reaction_y", reaction[1]}, {"unbalanced", unbalanced}}});
   }
 
-  /// Runs the ground of the MPM tests in space. Its velocities are computed without library
-  /// functions.
+  /// Runs the three-dimensional ground of the MPM tests (GroundInSpace) from random velocities,
+  /// which need no library function.
   void run_mpm_in_space(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
                         std::vector<Record> &records)
   {
@@ -632,7 +633,7 @@ namespace {
                         {"unbalanced", solver.max_unbalanced_force()}}});
   }
 
-  /// Features that scenes of run_mpm_feature test.
+  /// Features of the material point method that run_mpm_feature() can run.
   enum class MpmFeature { BoxesThatFollow, MeanDilation, DrivenBody, AbsorbingSides, ConvexBody };
 
   bool has_body(MpmFeature feature)
@@ -640,7 +641,7 @@ namespace {
     return feature == MpmFeature::DrivenBody || feature == MpmFeature::ConvexBody;
   }
 
-  /// Runs a layer of frictional ground with one of the features that the runs above lack:
+  /// Runs a layer of frictional ground with one feature that the runs above do not use:
   ///   BoxesThatFollow   boxes of points that stretch and shear over several cells
   ///   MeanDilation      mean dilation over cells with several points
   ///   DrivenBody        a tilted box that falls on the layer, moved only by weight and contact
@@ -729,7 +730,7 @@ namespace {
     }
 
     mpm::MohrCoulomb<D> law(YOUNG, 0.3, 2e3, 30.0,
-                            5.0);    // libm: its angles, and those of a rotating body
+                            5.0);    // libm: angles of friction and dilation, rotation of a body
     scene.begin_memory(law);
     mpm::MpmSolver<D> solver(options);
     solver.set_models({&law});
@@ -793,8 +794,8 @@ namespace {
 
   void random_field(std::vector<Record> &records)
   {
-    // libm, and FFTW, which uses different instructions on different processors. The values are
-    // therefore rounded to 2^-20 of the standard deviation.
+    // libm. FFTW also uses different instructions on different processors. The values are therefore
+    // rounded to 2^-20 of the standard deviation.
     const field::Grid grid = field::Grid::covering({0.0, 0.0}, {8.0, 4.0}, {0.25, 0.25});
     const field::Covariance covariance{field::Exponential(), field::Anisotropy({2.0, 1.0})};
     field::CirculantEmbedding embedding(grid, covariance);
@@ -823,7 +824,8 @@ namespace {
 
   void layouts(std::vector<Record> &records)
   {
-    // The state has everything that a record or a file can hold; the engine does not compute it.
+    // The state has a value for everything that a record or a file can hold. The values are made
+    // up; no engine computes them.
     RveState state = small_packing(6);
     state.material.rolling_stiffness = 5e5;
     state.material.rolling_friction = 0.3;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The runs with golden bits.
+// Runs whose results golden_bits.cpp compares with stored results, bit by bit.
 
 #pragma once
 

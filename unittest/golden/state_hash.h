@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Hashes of the state of an RVE. They do not depend on the order of grains and pairs in an engine,
-// nor on the choice of the owner of each pair.
+// Hashes of the state of an RVE. The order of grains and pairs in an engine does not change the
+// hash. Exchanging the two grains of a pair, with its history, does not change it either.
 
 #pragma once
 
@@ -22,16 +22,18 @@ inline double opposite(double value)
   return value == 0.0 ? value : -value;
 }
 
-/// Exchanges the two grains of a pair of disks. The rolling force changes its sign. The number of
-/// the tangential force stays, since the force and the tangent vector both change sign.
+/// Exchanges the two grains of a pair of disks. The rolling force changes its sign. The tangential
+/// force is stored as its component along the tangent vector. This component stays the same, since
+/// the force and the tangent vector both change sign.
 inline void see_from_partner(rve::Pair &pair)
 {
   std::swap(pair.first, pair.second);
   pair.rolling_force = opposite(pair.rolling_force);
 }
 
-/// Exchanges the two grains of a pair of spheres. The tangential force changes its sign. The
-/// numbers of rolling and twisting stay, since the moments and the normal both change sign.
+/// Exchanges the two grains of a pair of spheres. The tangential force changes its sign. The stored
+/// numbers of rolling and twisting stay the same, since the moments and the normal both change
+/// sign.
 inline void see_from_partner(rve::PairOf<3> &pair)
 {
   std::swap(pair.first, pair.second);
@@ -57,8 +59,8 @@ inline bool has_bits(double value)
   return value != 0.0 || std::signbit(value);
 }
 
-/// Returns true if the pair has a history. All numbers are zero if the pair is in the list only
-/// because its grains are near.
+/// Returns true if the pair has a history. The numbers of a pair without history are all zero; the
+/// pair is listed only because its grains are near.
 template <int D> bool remembers(const rve::PairOf<D> &pair)
 {
   for (const rve::RememberedNumber<D> &number : rve::pair_memory<D>())
@@ -66,8 +68,8 @@ template <int D> bool remembers(const rve::PairOf<D> &pair)
   return false;
 }
 
-/// Adds the names and values of all parameters that are not zero. A new parameter therefore changes
-/// no old hash.
+/// Adds the contact law, and the names and values of all parameters that are not zero. A new
+/// parameter that is zero therefore changes no hash.
 inline void add_material(rve_test::BitHash &hash, const rve::Material &material)
 {
   hash.add(std::string(rve::word_of(material.law)));

@@ -38,8 +38,8 @@ template <int D> std::uint64_t list_hash_of(const RveStateOf<D> &state)
 constexpr int GRAINS = 6;
 
 /// Returns a state in which all numbers except some histories are random. Grains form a ring, with
-/// pairs of neighbours and next neighbours. Every other pair is owned by its second grain in the
-/// ring. Every third pair has no history.
+/// pairs of neighbours and next neighbours. In every other pair the grains are exchanged. Every
+/// third pair has no history.
 template <int D> RveStateOf<D> full_state()
 {
   Random random(3);
@@ -79,7 +79,8 @@ template <int D> RveStateOf<D> full_state()
   return state;
 }
 
-/// Returns the pair with exchanged grains. The contact law of the material transforms its history.
+/// Returns the pair with exchanged grains. The contact law of the material transforms the history
+/// of the pair.
 template <int D> PairOf<D> with_other_owner(const PairOf<D> &pair, const Material &material)
 {
   PairOf<D> seen = pair;
@@ -92,8 +93,8 @@ template <int D> PairOf<D> with_other_owner(const PairOf<D> &pair, const Materia
   return seen;
 }
 
-/// Returns the state with another order of pairs and grains. Half of the pairs are owned by their
-/// other grains.
+/// Returns the state with another order of pairs and grains. About half of the pairs have exchanged
+/// grains.
 template <int D> RveStateOf<D> shuffled(RveStateOf<D> state, int seed)
 {
   Random random(static_cast<std::uint64_t>(seed));
@@ -118,7 +119,7 @@ template <class T> void flip(T &value, int bit)
   std::memcpy(&value, bytes, sizeof(T));
 }
 
-/// Expects that a flip of each bit of the number gives another hash. Restores the number.
+/// Expects that each single flipped bit of the number changes the hash. Restores the number.
 template <class T, class Hash>
 void expect_each_bit_counts(T &value, const Hash &hash, const std::string &what)
 {
@@ -206,14 +207,14 @@ TYPED_TEST(StateHash, DependsOnTheGrainsOfEachHistory)
     }
     EXPECT_TRUE(seen.insert(hash_of(other)).second) << "without pair " << k;
     ++lost;
-    for (const bool is_first : {true, false})    // another grain replaces one of the pair
+    for (const bool is_first : {true, false})    // another grain replaces a grain of the pair
       for (int i = 0; i < GRAINS; ++i) {
         if (i == state.pairs[k].first || i == state.pairs[k].second) continue;
         other = state;
         (is_first ? other.pairs[k].first : other.pairs[k].second) = i;
         EXPECT_TRUE(seen.insert(hash_of(other)).second) << "pair " << k << " with grain " << i;
       }
-    other = state;    // exchanged grains, without a change of the history
+    other = state;    // the grains are exchanged, but the history is not
     std::swap(other.pairs[k].first, other.pairs[k].second);
     EXPECT_TRUE(seen.insert(hash_of(other)).second) << "pair " << k << " with exchanged grains";
     for (std::size_t m = 0; m < k; ++m) {    // two pairs exchange their histories

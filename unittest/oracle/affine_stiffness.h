@@ -16,9 +16,9 @@ namespace rve_test {
 
 inline rve::AffineStiffness affine_stiffness(const rve::RveState &state)
 {
-  // The histories are sorted in the order of find_contacts(). The tangential force is one signed
-  // number per pair. It is the same for both grains, since the force and the tangent vector both
-  // change sign.
+  // The histories are sorted like the contacts of find_contacts(). If the grains of a pair are
+  // exchanged, its tangential force stays the same: the force and the tangent vector both change
+  // sign.
   std::vector<rve::Pair> pairs = state.pairs;
   for (rve::Pair &pair : pairs)
     if (pair.second < pair.first) std::swap(pair.first, pair.second);

@@ -20,7 +20,7 @@ struct OraclePair {
 /// Returns the pairs with a gap below `reach` [length]. `fractional` has the fractional coordinates
 /// times 2^64. The search for the nearest image starts from the image with the smallest fractional
 /// difference and covers `images` cells in each direction. One cell suffices if the cell is wider
-/// than twice the reach.
+/// than twice the distance of two grains at this gap.
 inline std::vector<OraclePair> all_pairs(const rve::Tensor2 &cell,
                                          const std::vector<double> &radius,
                                          const std::vector<std::uint64_t> &fractional, double reach,
@@ -30,7 +30,8 @@ inline std::vector<OraclePair> all_pairs(const rve::Tensor2 &cell,
   std::vector<OraclePair> pairs;
   for (int i = 0; i < n; ++i)
     for (int j = i + 1; j < n; ++j) {
-      // The wrapping difference belongs to the image with the smallest fractional difference.
+      // The subtraction of unsigned integers wraps around. Its result, read as a signed integer, is
+      // the smallest fractional difference between images.
       const double dx =
           static_cast<double>(static_cast<std::int64_t>(fractional[2 * j] - fractional[2 * i])) *
           0x1p-64;

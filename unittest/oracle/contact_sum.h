@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: all results of an RVE with a bound of the rounding error that the engine may make in a
-// number format. The oracle sums over all pairs and all near images in long double. It uses no
-// list, no minimum image and no integer sums.
+// Oracle: all results of an RVE and, for each result, a bound of the rounding error of the engine
+// in a number format. The oracle sums over all pairs and all near images in long double. Unlike the
+// engine, it uses no Verlet list, no minimum image and no integer sums.
 //
 // The bounds count roundings. They use these symbols:
 //   u   unit roundoff of forces and normals in the format
 //   w   unit roundoff of branch vectors and radii in the format
 //   s   resolution of a fractional coordinate in the format
-//   H   the cell
+//   H   matrix of the cell vectors; |H| is the sum of the magnitudes of its components
+//   W_b distance between the two cell faces that cell vector b connects
 //   d   sum of two radii
 //   b   branch vector
 //   f   contact force
 //   q   unit of the integer sums of forces
 // The errors are:
-//   branch   4 w S + s |H|. S = sum_ab |H_ab| d / w_b bounds the products H_ab ds_b of two touching
-//            grains, with the width w_b of the cell. A product has four roundings: of H, of ds, of
-//            the product and of the sum.
+//   branch   4 w S + s |H|. The branch is the sum of the products H_ab ds_b with the differences
+//            ds_b of fractional coordinates. |ds_b| is at most d / W_b for touching grains, so that
+//            S = sum_ab |H_ab| d / W_b bounds the sum of the magnitudes of the products. Each
+//            product has four roundings: of H, of ds, of the product and of the sum.
 //   gap      The error of the branch, and eight roundings of d: two radii and their sum, two
 //            squares and their sum, a root and a difference.
 //   normal   The error of the branch divided by |b|, and six roundings: a root, a quotient, two
@@ -24,11 +26,12 @@
 //            the normal force; |f| times the error of the normal; sixteen roundings of the law and
 //            its constants; 0.75 q.
 //   energy   The effect of the errors of gap and force on the energy of each spring, and half a
-//            unit of the integer sum of energies. This unit is such that 2^17 contacts with the
-//            largest force fit 62 bits.
+//            unit of the integer sum of energies. With this unit, the sum over 2^17 contacts with
+//            the largest force fits in 62 bits.
 //   stress   |b| times the error of the force, |f| times the error of the branch, and half a unit
 //            of the integer sums of f b.
-// The counts are too large by a factor of about two. No bound is fitted to measured errors.
+// The bounds count about twice as many roundings as the engine makes. No bound is fitted to
+// measured errors.
 
 #pragma once
 
@@ -65,7 +68,7 @@ struct Resolution {
   }
 };
 
-/// A number of the oracle and the bound of the engine's error.
+/// A result of the oracle, and the bound of the error of the engine in this result.
 struct Bounded {
   long double value = 0.0L, error = 0.0L;
 };
@@ -75,16 +78,17 @@ struct ContactSum {
   Bounded elastic_energy, kinetic_energy, void_ratio;
   Bounded largest_overlap, mean_overlap, largest_contact_force, unbalanced_ratio;
   std::vector<Bounded> force, torque;    ///< shapes (N, 2) and (N)
-  /// Bounds of the number of contacts. A gap below the rounding error of the format may count or
-  /// not.
+  /// Bounds of the number of contacts. A pair whose gap is smaller than the error of the gap is in
+  /// the upper bound only.
   int least_contacts = 0, most_contacts = 0;
   /// Sum of k_n d |b| / V over the contacts: the stress if each overlap were as large as the sum of
   /// radii.
   long double stress_of_full_overlap = 0.0L;
 };
 
-/// Returns the sums for a state. Tangential and rolling forces of the state are cut at their
-/// Coulomb limits. Forces of pairs without contact do not act. Dashpots are omitted.
+/// Returns the results of a state without dashpots. Tangential and rolling forces beyond their
+/// Coulomb limits are reduced to the limits. The forces that the state has for pairs without
+/// contact are ignored.
 inline ContactSum contact_sum(const rve::RveState &state, const Resolution &format)
 {
   using Real = long double;
@@ -168,9 +172,9 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
           contacts.push_back(c);
         }
 
-  // The integer sum of a grain must hold the forces of all neighbours, each of up to eight times
-  // the expected force. The expected force is at least that of an overlap of 1e-9 radii. The number
-  // of neighbours and the unit are rounded up to powers of two, so that each may be twice as large.
+  // The integer sum of a grain must hold the forces of all its neighbours. Each force can be eight
+  // times the expected force, which is at least the force at an overlap of 1e-9 radii. The engine
+  // rounds the number of neighbours and the unit up to powers of two, which can double both.
   const Real side_by_side =
       M_PIl / std::asin(static_cast<Real>(smallest_radius) / (smallest_radius + largest_radius));
   const Real neighbors = 2.0L * 1.2L * side_by_side;
@@ -235,7 +239,8 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
     sum.largest_contact_force.error = std::max(sum.largest_contact_force.error, c.force_error);
   }
 
-  // The engine may omit contacts with a gap below the rounding error from means over contacts.
+  // The engine can miss contacts whose gap is smaller than the error of the gap. `doubt` is the
+  // largest share of such contacts in a mean over contacts.
   const Real count = std::max<Real>(sum.most_contacts, 1.0L);
   const Real doubt = (sum.most_contacts - sum.least_contacts) / count;
   for (Bounded &component : sum.fabric) {

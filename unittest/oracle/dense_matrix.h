@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: dense matrices with simple algorithms. Tests compute the covariance matrix of all nodes
-// of a grid and its Cholesky factor.
+// Oracle: dense matrices with simple algorithms. Tests use them for the covariance matrix of all
+// nodes of a grid and for its Cholesky factor.
 
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: homogenised quantities of a state. It sums over all pairs in their order, in double
+// Oracle: homogenised quantities of a state. It sums over all pairs one after the other, in double
 // precision.
 
 #pragma once
@@ -24,14 +24,15 @@ struct OracleResult {
   double largest_overlap = 0.0, mean_overlap = 0.0, largest_contact_force = 0.0;
 };
 
-/// Returns the quantities, without forces of dashpots. A contact counts as sliding if its spring
-/// force is less than `sliding_tolerance` times the mean contact force below the Coulomb limit.
+/// Returns the quantities, without forces of dashpots. A contact counts as sliding if its
+/// tangential spring force exceeds the Coulomb limit minus `sliding_tolerance` times the mean
+/// contact force.
 inline OracleResult homogenize_all_pairs(const rve::RveState &state, double sliding_tolerance)
 {
   const rve::Material &material = state.material;
   const int n = state.num_grains();
   std::map<std::pair<int, int>, double> spring;
-  for (const rve::Pair &pair : state.pairs)    // the force has the same sign for both grains
+  for (const rve::Pair &pair : state.pairs)    // exchanging the grains keeps the sign
     spring[std::minmax(pair.first, pair.second)] = pair.tangential_force;
 
   OracleResult result;

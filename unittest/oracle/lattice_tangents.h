@@ -38,7 +38,7 @@ inline rve::Material of_spheres(rve::Material material)
   return material;
 }
 
-/// Stiffness of a contact between two of the grains.
+/// Normal force and stiffnesses of a contact in a lattice.
 struct Springs {
   double force;                 ///< normal force [force]
   double normal, tangential;    ///< [force/length]
@@ -88,16 +88,17 @@ template <int D> macro::TangentOf<D> cubic_tangent(double c11, double c12, doubl
 /// Adds the effect of the pressure p on a tangent C. Under strain, the contact forces rotate and
 /// the volume changes. The result is
 ///   C_ijkl + p (delta_ij delta_kl - (delta_ik delta_jl + delta_il delta_jk)/2).
-/// The rotation of a contact with the force f_n and the length l also reduces its k_t by f_n/l. The
-/// callers include this in C.
+/// The rotation also reduces the tangential stiffness k_t of a contact with the normal force f_n
+/// and the length l by f_n/l. C must already include this reduction.
 template <int D> macro::TangentOf<D> under_pressure(const macro::TangentOf<D> &tangent, double p)
 {
   return tangent + macro::TangentOf<D>::isotropic(p, -0.5 * p);
 }
 
-// Returns the tangent of a square lattice under pressure. Without the terms of under_pressure() it
-// is the sum of l^2 (k_n nnnn + (k_t - f_n/l) n (1 - nn) n)/V over the contacts, with the normal n,
-// the distance l, the normal force f_n and the volume V.
+// Returns the tangent of a square lattice of disks with thickness h under pressure. Without the
+// terms of under_pressure(), the tangent is the sum over the contacts of
+//   l^2 (k_n nnnn + (k_t - f_n/l) n (1 - nn) n)/V,
+// with the normal n, the distance l, the normal force f_n and the volume V.
 inline macro::TangentOf<2> of_squares(const Springs &s, double h)
 {
   const double kt = s.tangential - s.force / LATTICE_DISTANCE;

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Oracle: the impact of two disks with a linear normal spring and a linear tangential spring with
-// Coulomb limit. The overlaps are small, so that the line of centres does not rotate. Normal and
-// tangential motion are then two oscillators with the overlap delta and the slip velocity v,
+// Coulomb limit. The overlaps are small, so that the line of centres does not rotate. The normal
+// motion with the overlap delta and the tangential motion with the slip velocity v are then two
+// oscillators:
 //   m* delta'' = -k_n delta,
-//   m_t v' = -f,  f' = k_t v while sticking,  f = +-mu k_n delta while sliding,
-// While the contact only sticks or only slides, v has a closed form. A bisection finds the times of
-// the changes between both, to rounding. Di Maio & Di Renzo, Chem Eng Sci 59, 3461 (2004) give the
-// same solution for spheres.
+//   m_t v' = -f,  f' = k_t v while sticking,  f = +-mu k_n delta while sliding.
+// Here m* and m_t are the effective masses (see DiskPair), f is the tangential force, k_n and k_t
+// are the stiffnesses, and mu is the friction coefficient. While the contact only sticks or only
+// slides, v has a closed form. A bisection finds the times at which sticking or sliding ends, to
+// machine precision. Di Maio & Di Renzo, Chem Eng Sci 59, 3461 (2004) give the same solution for
+// spheres.
 
 #pragma once
 
@@ -54,7 +57,8 @@ class LinearImpact {
     Phase phase{0.0, tangential, 0.0, 0};
     if (std::fabs(stiffness * tangential) > limit * normal_frequency)
       phase.sliding = sign(tangential);
-    // The search for changes between sticking and sliding has a resolution of `steps`.
+    // The search for changes between sticking and sliding divides the impact into `steps`
+    // intervals.
     const int steps = 20000;
     const double step = duration() / steps;
     for (int k = 1; k <= steps; ++k) {
@@ -73,9 +77,8 @@ class LinearImpact {
   }
 
  private:
-  /// A phase of sticking or sliding: its first time, and the slip velocity and tangential force at
-  /// this time. `sliding` is 0 if the contact sticks. If the contact slides, it is the sign of the
-  /// force.
+  /// A phase of sticking or sliding: its start time, and the slip velocity and tangential force at
+  /// the start. `sliding` is 0 for sticking and the sign of the force for sliding.
   struct Phase {
     double time, velocity, force;
     int sliding;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: the update of the paper as printed, equations (3), (4), (11)-(13), (19)-(24), (38) and
-// (39), in double precision. It uses Cartesian positions without wrapping, total velocities,
-// explicit Euler steps for the cell H, and period shifts by rounding. It deviates from equation
-// (14), which adds magnitudes: the tangential force is signed here.
+// Oracle: the time step of the paper, Zhao, Zhao and Liang (2021),
+// https://doi.org/10.1002/nme.6549, as printed: equations (3), (4), (11)-(13), (19)-(24), (38) and
+// (39), in double precision. It uses Cartesian positions without wrapping, total velocities and
+// explicit Euler steps for the cell H. Rounding of fractional differences selects the image of a
+// neighbour. Equation (14) adds magnitudes of the tangential force; here the force has a sign.
 
 #pragma once
 
@@ -23,7 +24,7 @@ class LiteralUpdate {
   {
     for (int i = 0; i < size(); ++i)
       for (int a = 0; a < 2; ++a) v[2 * i + a] += l(a, 0) * x[2 * i] + l(a, 1) * x[2 * i + 1];
-    for (int i = 0; i < size(); ++i)    // pairs that may touch within a small strain
+    for (int i = 0; i < size(); ++i)    // pairs that can touch within a small strain
       for (int j = i + 1; j < size(); ++j) {
         const Branch b = branch(i, j);
         if (std::hypot(b.x, b.y) < 1.5 * (radius[i] + radius[j])) pairs.push_back({i, j, 0.0});
@@ -57,8 +58,9 @@ class LiteralUpdate {
 
   rve::Tensor2 stress() const { return love; }    ///< stress of the last forces, tension positive
 
-  /// Returns the root mean square distance between the grains here and in the state [length]. It
-  /// compares fractional coordinates.
+  /// Returns the root mean square distance between the grains of this object and those of the state
+  /// [length]. Differences of fractional coordinates are converted to lengths with the cell of this
+  /// object.
   double distance_to(const rve::RveState &state) const
   {
     const rve::Tensor2 to_fraction = rve::inverse(cell);
@@ -122,7 +124,7 @@ class LiteralUpdate {
       const double n[2] = {b.x / distance, b.y / distance};
       double relative[2];
       for (int a = 0; a < 2;
-           ++a) {    // (11) with the mean-field velocity of the image, (20a): Hdot P = L (H P)
+           ++a) {    // (11); the image with period P has the additional velocity L (H P), (20a)
         const double shift_x = cell(0, 0) * b.period[0] + cell(0, 1) * b.period[1];
         const double shift_y = cell(1, 0) * b.period[0] + cell(1, 1) * b.period[1];
         relative[a] = v[2 * j + a] + l(a, 0) * shift_x + l(a, 1) * shift_y - v[2 * i + a];

@@ -40,10 +40,10 @@ inline std::vector<std::vector<double>> solve(std::vector<std::vector<double>> a
   return b;
 }
 
-/// Changes of force, torques and branch vector of a contact with linear springs. Its grains move
-/// with the strain and, in addition, by the displacements u and rotations w, in the order (u_i,
-/// w_i, u_j, w_j). The formulas are those of AffineStiffnessOf, extended by rotations and torques
-/// with the lever arms r - overlap/2.
+/// Changes of force, torques and branch vector of a contact with linear springs. Both grains move
+/// with the strain. In addition, they move by the displacements u and rotations w in `moved` =
+/// (u_i, w_i, u_j, w_j). The formulas are those of AffineStiffnessOf, extended by rotations and by
+/// torques with the lever arms r - overlap/2.
 struct ContactChange {
   double force[2], torque[2];    ///< force on i; torques on i and j [force], [force length]
   double branch[2];              ///< [length]
@@ -73,8 +73,9 @@ struct ContactChange {
   }
 };
 
-/// Returns the tangent. Weak springs of 1e-11 k_n are added to all grains. Without them the matrix
-/// would be singular, because of grains without contacts and of the translation of all grains.
+/// Returns the tangent. Weak springs of 1e-11 k_n hold all grains. Without them the matrix would be
+/// singular, since nothing else holds grains without contacts or prevents a translation of all
+/// grains.
 inline macro::TangentOf<2> network_stiffness(const rve::RveState &state)
 {
   using rve::Tensor2;

@@ -11,7 +11,7 @@ namespace rve_test {
 template <int D> using StrainOf = rve::Tensor<double, D>;
 
 /// Calls f(a, b, place) for the components (a, b) of a symmetric tensor. `place` is the row or
-/// column of a tangent.
+/// column of a tangent that belongs to (a, b).
 template <int D, class F> void for_places(const F &f)
 {
   for (int a = 0; a < D; ++a)
@@ -33,7 +33,8 @@ template <int D> macro::TangentOf<D> dyad(const StrainOf<D> &x, const StrainOf<D
 template <int D>
 macro::TangentOf<D> turned(const macro::TangentOf<D> &tangent, const StrainOf<D> &rotation)
 {
-  // Column kl is the response to the strain (e_k e_l + e_l e_k)/2 in the axes of the material.
+  // Column kl of the result is the stress under the strain (e_k e_l + e_l e_k)/2. To find it, the
+  // strain is rotated into the axes of the material, and the stress is rotated back.
   macro::TangentOf<D> result;
   const StrainOf<D> back = rve::transpose(rotation);
   for_places<D>([&](int k, int l, int column) {

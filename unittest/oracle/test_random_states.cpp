@@ -15,9 +15,10 @@ namespace {
 constexpr int NUM_STATES = 100;
 
 /// Returns a random state. Its units of length, mass and time are random. Its cell is sheared and
-/// rotated, and its width is between just allowed and wide. Radii differ by up to a factor of four.
-/// Overlaps are between 1e-6 and half a radius. Springs are loaded within and beyond their limits,
-/// and some belong to pairs without contact.
+/// rotated, and the widths of the cell are 1 to 4 times the least allowed width. Radii differ by up
+/// to a factor of four. The limit of the overlaps is between 1e-6 and 0.45 times the smaller
+/// radius. Tangential and rolling forces are within or beyond their Coulomb limits, and some belong
+/// to pairs without contact.
 RveState random_state(std::uint64_t seed)
 {
   Random random(seed);
@@ -189,8 +190,8 @@ TEST_P(RandomStates, ResultsAreThoseOfAllPairsAndAllImages)
 
 TEST_P(RandomStates, GrainsAtRestAreAcceleratedByTheForcesOfAllPairsAndAllImages)
 {
-  // Grains at rest do not move before the first kick. After one step their velocities are c = dt
-  // F/m and give the force F on each grain.
+  // Grains at rest do not move before the first kick. After one step the velocity of a grain is c =
+  // dt F/m. The test computes the force F from it.
   constexpr double DT = 0x1p-20;
   const Resolution resolution = Resolution::of(GetParam());
   for (std::uint64_t seed = 1; seed <= NUM_STATES; ++seed) {
@@ -214,7 +215,7 @@ TEST_P(RandomStates, GrainsAtRestAreAcceleratedByTheForcesOfAllPairsAndAllImages
       const long double r = state.radius[i];
       const long double mass = state.material.density * M_PIl * r * r * state.material.mass_depth;
       const auto expect_force = [&](long double force, Bounded expected, const char *what) {
-        // roundings of mass and velocity
+        // The bound also covers roundings of mass and velocity.
         expected.error += 8.0L * resolution.force * std::fabs(expected.value);
         expect_within(force, expected, what + std::to_string(i));
       };

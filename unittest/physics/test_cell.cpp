@@ -61,7 +61,7 @@ TEST(Cell, PerpendicularWidthIsTheSpacingOfTheImagesOfALine)
     for (int axis = 0; axis < 2; ++axis) {
       const Vec<double, 2> step{{cell(0, axis), cell(1, axis)}},
           line{{cell(0, 1 - axis), cell(1, 1 - axis)}};
-      // Component of the step perpendicular to the line.
+      // `across` is the component of the step perpendicular to the line.
       const double along = dot(step, line) / dot(line, line);
       const Vec<double, 2> across = step - along * line;
 
@@ -81,8 +81,9 @@ TEST(SmallestStretch, IsTheSmallestSingularValue)
 
     const double stretch = smallest_stretch(g), tried = smallest_stretch_by_trial(g, directions);
 
-    // The minimum may lie between two sampled directions. There |G u|^2 is smaller by at most
-    // (s_max da)^2, with the largest singular value s_max and the angle da between the directions.
+    // The minimum can lie between two sampled directions. Then |G u|^2 is smaller than at these
+    // directions by at most (s_max da)^2, with the largest singular value s_max and the angle da
+    // between the directions.
     const double step = 3.0 * 3.1416 / directions;
     EXPECT_LE(stretch, tried + 1e-14);
     EXPECT_GE(stretch * stretch, tried * tried - step * step);
@@ -93,8 +94,9 @@ TEST(SmallestStretch, OfARotationIsOneAndOfAStretchTheSmallerOne)
 {
   const double c = std::cos(0.3), s = std::sin(0.3);
 
-  // For a rotation, s1^2 + s2^2 - 2 det is zero with a rounding error of 4e-16, so that its root is
-  // up to 2e-8. The root is subtracted: the result is too small, which is safe.
+  // The result contains the root of s1^2 + s2^2 - 2 det, with the singular values s1 and s2. For a
+  // rotation this sum is zero, but its rounding error of 4e-16 has a root of 2e-8. The root is
+  // subtracted, so that the result can only be too small, which is safe.
   EXPECT_NEAR(smallest_stretch(Tensor2{{c, -s, s, c}}), 1.0, 3e-8);
   EXPECT_NEAR(smallest_stretch(Tensor2{{1.3, 0.0, 0.0, 0.9}}), 0.9, 1e-15);
   EXPECT_NEAR(smallest_stretch(Tensor2{{c, -s, s, c}} * Tensor2{{1.3, 0.0, 0.0, 0.9}}), 0.9, 1e-15);
@@ -112,7 +114,8 @@ TEST(LatticeReduction, StopsAtAnUprightCell)
 
 TEST(LatticeReduction, DoesNotFlipBackAndForth)
 {
-  // The cell is sheared slowly back and forth about the limit of reduction.
+  // A cell is reduced just beyond the limit of reduction, 0.6. If it is sheared back below this
+  // limit, the reduction must not be undone.
   Tensor2 cell{{1.0, 0.61, 0.0, 1.0}};
   cell = apply_lattice_step(cell, lattice_step(cell));
 
@@ -156,8 +159,8 @@ TEST(LatticeReduction, KeepsDeterminantAndCartesianPositionsModuloTheLattice)
 
     ASSERT_EQ(m[0][0] * m[1][1] - m[0][1] * m[1][0], 1);
     for (int a = 0; a < 2; ++a) {
-      // M s' = s in wrapping integers: to the last bit, both are the same point up to whole cell
-      // vectors.
+      // M s' = s holds exactly in wrapping integers: s and s' are the same point except for whole
+      // cell vectors.
       const std::uint64_t back =
           static_cast<std::uint64_t>(m[a][0]) * s[0] + static_cast<std::uint64_t>(m[a][1]) * s[1];
       ASSERT_EQ(back, point[a]);

@@ -19,8 +19,8 @@ Tensor2 rotation_by(double angle)
   return {{std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)}};
 }
 
-/// Returns the increment with the deformation gradient R(angle) U in `segments` segments, as the
-/// host prepares it. U is the stretch.
+/// Returns the increment that the host prepares for the deformation gradient R(angle) U with the
+/// stretch U. The path of the cell has `segments` straight segments.
 CellIncrement<2> increment_of(double angle, const Tensor2 &stretch, int segments)
 {
   return {rotation_by(angle) * stretch, rotation_by(angle / segments),
@@ -54,8 +54,8 @@ TEST(CellPath, EndPointIsExact)
 
 TEST(CellPath, ManySmallIncrementsDoNotDrift)
 {
-  // The rotation is 90 degrees in 100 calls of ten substeps; explicit Euler on H would increase the
-  // area in every step.
+  // The cell rotates by 90 degrees in 100 calls of ten substeps. Explicit Euler steps of H would
+  // increase the area in every substep.
   const CellIncrement<2> increment = increment_of(0.5 * PI / 100, Tensor2::identity(), 2);
   Tensor2 cell = CELL;
   for (int call = 0; call < 100; ++call) {
@@ -94,7 +94,8 @@ TEST(CellPath, ChordOfARotationIsShortByAnEighthOfTheSquaredAngleOfASegment)
     const double theta = angle / segments;
     double smallest = 1.0, largest = 0.0;
     for (int k = 1; k <= substeps; ++k) {
-      // Length relative to the exact rotation. The ratio of the areas is its square.
+      // `length` is the length of the rotated cell vectors divided by their exact length. Its
+      // square is the ratio of the areas.
       const double length = std::sqrt(determinant(path.cell(k)) / determinant(CELL));
       smallest = std::fmin(smallest, length);
       largest = std::fmax(largest, length);
@@ -125,8 +126,8 @@ TEST(CellPath, RotationAndStretchAreCombinedAtTheKnots)
 
 TEST(CellPath, StaysWithinAnEighthOfTheSquaredStrainOfTheExponential)
 {
-  // Simple shear has exp(L t) = 1 + L t, so that its chord is exact. The chord of an extension lies
-  // above the exponential.
+  // In simple shear exp(L t) = 1 + L t, so that the chord is exact. This test uses an extension,
+  // whose chord lies above the exponential.
   for (const double strain : {0.02, 0.01}) {
     const Tensor2 deformation{{std::exp(strain), 0.0, 0.0, std::exp(-strain)}};
     CellPath<2> path(CELL, {deformation, Tensor2::identity(), deformation - Tensor2::identity(), 1},

@@ -51,7 +51,7 @@ template <class T> bool same_bits(T x, T y)
   return std::memcmp(&x, &y, sizeof(T)) == 0;
 }
 
-/// Returns the rounding error of one operation in the format's Real.
+/// Returns the rounding error of one operation in the type Real of a number format.
 template <class Numbers> double epsilon()
 {
   return std::numeric_limits<typename Numbers::Real>::epsilon();
@@ -74,7 +74,8 @@ TYPED_TEST(ContactOfTwoDisks, OverlapNormalAndDistanceAreThoseOfTheBranch)
     ASSERT_NEAR(contact.distance, distance, 4.0 * epsilon<TypeParam>() * distance);
     ASSERT_NEAR(contact.normal[0], std::cos(angle), 4.0 * epsilon<TypeParam>());
     ASSERT_NEAR(contact.normal[1], std::sin(angle), 4.0 * epsilon<TypeParam>());
-    // The branch and R^2 - d^2 are rounded in Wide, the quotient in Real.
+    // If Wide has more digits than Real, the overlap is (R^2 - d^2)/(R + d), with the sum R of the
+    // radii and the distance d. The branch and R^2 - d^2 are rounded in Wide, the quotient in Real.
     const double wide_epsilon = std::numeric_limits<Wide>::epsilon();
     ASSERT_NEAR(contact.overlap, overlap,
                 4.0 * wide_epsilon * sum + 8.0 * epsilon<TypeParam>() * overlap);
@@ -102,7 +103,8 @@ TYPED_TEST(ContactOfTwoDisks, GapIsANegativeOverlap)
 
 TEST(GapSquared, KeepsTheOverlapOfStiffGrainsWhereTheDifferenceOfLengthsLosesIt)
 {
-  // In `mixed` only R^2 - d^2 is fp64: a relative overlap of 1e-7 must survive the fp32 operations.
+  // In the format mixed, only R^2 - d^2 is computed in fp64. A relative overlap of 1e-7 must
+  // survive the other operations, which are fp32.
   const double sum = 0.01, overlap = 1e-9;
   const Vec<double, 2> branch{{0.6 * (sum - overlap), 0.8 * (sum - overlap)}};
 
@@ -163,7 +165,7 @@ TYPED_TEST(ContactOfTwoDisks, PlainLawIsTheGeneralOneWithoutDashpotsAndWithConta
   using Real = typename TypeParam::Real;
   using Wide = typename TypeParam::Wide;
   Random random(6);
-  // Parameters that a plain law does not use have no influence.
+  // The plain law must ignore its arguments for lever arms and dashpots.
   const auto plain = law_with<TypeParam, false>(0.0, 30.0, 15.0);
   const auto general = law_with<TypeParam, true>(0.5);
   for (int sample = 0; sample < 2000; ++sample) {
@@ -210,8 +212,8 @@ TYPED_TEST(ContactOfTwoDisks, ForcesRotateWithTheFrame)
 
   const auto straight = force_at(0.0), turned = force_at(1.1);
 
-  // A branch in Wide gives the overlap an error of sum * epsilon. All other errors are roundings in
-  // Real.
+  // The rounding of the branch in Wide gives the overlap an error of sum * epsilon. All other
+  // errors are roundings in Real.
   const double error =
       1e6 * sum * std::numeric_limits<Wide>::epsilon() * 4.0 + 40.0 * epsilon<TypeParam>() * 16.0;
   EXPECT_NEAR(turned.force[0],
@@ -220,7 +222,7 @@ TYPED_TEST(ContactOfTwoDisks, ForcesRotateWithTheFrame)
               std::sin(1.1) * straight.force[0] + std::cos(1.1) * straight.force[1], error);
   EXPECT_NEAR(turned.torque_i, straight.torque_i, 0.005 * error);
   EXPECT_NEAR(straight.normal_force, 40.0 + 30.0 * 0.4,
-              error);    // spring, and 0.4 m/s of approach
+              error);    // spring force, and dashpot force at an approach of 0.4 m/s
 }
 
 TYPED_TEST(ContactOfTwoDisks, RepulsionAndTorqueHaveTheRightSigns)
@@ -228,7 +230,8 @@ TYPED_TEST(ContactOfTwoDisks, RepulsionAndTorqueHaveTheRightSigns)
   using Real = typename TypeParam::Real;
   using Wide = typename TypeParam::Wide;
   const auto law = law_with<TypeParam>(0.5);
-  // j is to the right of i and moves up. It drags i up and rotates both clockwise: torque = r x f.
+  // j is to the right of i and moves up. It drags i up and rotates both counterclockwise: torque =
+  // r x f is positive.
   const DiskMotion<Real> i{{{0, 0}}, 0, Real(0.005)}, j{{{0, Real(0.1)}}, 0, Real(0.004)};
 
   const auto contact = geometry<TypeParam>(Vec<Wide, 2>{{Wide(0.00896), 0}}, Wide(0.009));
@@ -236,8 +239,8 @@ TYPED_TEST(ContactOfTwoDisks, RepulsionAndTorqueHaveTheRightSigns)
 
   EXPECT_LT(result.force[0], 0.0);
   EXPECT_GT(result.force[1], 0.0);
-  // The force on i acts at +x (arm along n) and the opposite force on j at -x, so that both torques
-  // have the sign of f_t.
+  // The force on i acts on the right side of i, and the opposite force acts on the left side of j.
+  // Both torques therefore have the sign of f_t.
   EXPECT_NEAR(result.torque_i, (0.005 - 0.5 * contact.overlap) * result.force[1],
               1e-6 * result.torque_i);
   EXPECT_NEAR(result.torque_j, (0.004 - 0.5 * contact.overlap) * result.force[1],
@@ -260,8 +263,8 @@ TYPED_TEST(ContactOfTwoDisks, TorquesAndCoupleOfForcesConserveAngularMomentum)
 
     const auto f = evaluate(law, contact, i, j, Tensor<Real, 2>::zero(), 0, Real(1e-5));
 
-    // The forces f on i and -f on j act at the distance b and have the couple -b x f. The torques
-    // with lever arms to the contact point balance it.
+    // The forces f on i and -f on j at the distance b form the couple -b x f. The torques of both
+    // grains, with lever arms to the contact point, balance this couple.
     const double couple = -static_cast<double>(cross(contact.branch, f.force));
     ASSERT_NEAR(f.torque_i + f.torque_j + couple, 0.0, 100.0 * 0.009 * 8.0 * epsilon<TypeParam>());
   }

@@ -77,8 +77,8 @@ TEST(Kick, GrainAtRestUnderNoForceStaysAtRest)
 
 namespace {
 
-/// Returns the ratio of rebound and approach speed of a unit mass on a spring, with `steps` steps
-/// per contact.
+/// Returns the ratio of the rebound speed of a unit mass on a spring to its approach speed. A
+/// contact takes `steps` steps.
 double rebound(double alpha, int steps)
 {
   const double pi = 3.14159265358979323846, dt = pi / steps;    // stiffness 1
@@ -95,7 +95,7 @@ double rebound(double alpha, int steps)
 TEST(Kick, CollisionWithoutDampingReturnsTheSpeed)
 {
   EXPECT_NEAR(rebound(0.0, 20000), 1.0,
-              1e-3);    // O(dt): the time of contact is resolved by one step
+              1e-3);    // error of order dt: the contact ends within a step
 }
 
 TEST(Kick, CollisionWithLocalDampingReturnsRootOfOneMinusAlphaOverOnePlusAlpha)

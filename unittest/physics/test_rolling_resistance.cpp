@@ -24,7 +24,7 @@ constexpr double NORMAL_FORCE = 20.0;
 constexpr double LIMIT = FRICTION * NORMAL_FORCE;
 constexpr double DT = 1e-4;
 
-/// Makes one step. `force` is the rolling force before it.
+/// Advances the rolling spring by one step. `force` is the rolling force before this step.
 auto roll(double force, const DiskMotion<double> &i, const DiskMotion<double> &j,
           double normal_force)
 {
@@ -32,7 +32,7 @@ auto roll(double force, const DiskMotion<double> &i, const DiskMotion<double> &j
   return resistance.advance(0, 0, {force}, {}, {}, i, j, normal_force, DT);
 }
 
-/// Disks of 5 and 3 mm, whose reduced radius is 15/8 mm.
+/// Reduced radius of first() and second(), which are disks with radii of 5 and 3 mm [m].
 constexpr double REDUCED_RADIUS = 0.001875;
 DiskMotion<double> first(double spin)
 {
@@ -43,7 +43,7 @@ DiskMotion<double> second(double spin)
   return {{{-0.7, 0.1}}, spin, 0.003};
 }
 
-/// Returns the relative spin that moves the spring by a share of its limit in one step.
+/// Returns the relative spin that changes the rolling force by `share` of its limit in one step.
 double spin_for(double share)
 {
   return share * LIMIT / (STIFFNESS * DT * REDUCED_RADIUS);
@@ -96,7 +96,7 @@ template <class SomeLaw> class LawWithRolling : public ::testing::Test {
   using Wide = typename Law::Numbers::Wide;
   using Spring = typename Law::Numbers::Spring;
 
-  /// Returns the law in units of the script.
+  /// Returns the law with parameters in the units of the script.
   static Law law(double rolling_friction)
   {
     typename Law::Constants constants;
@@ -287,7 +287,8 @@ TYPED_TEST(LawWithRolling, CoefficientOfZeroGivesTheBitsOfTheLawWithoutRolling)
 //   xi += v dt
 //   fr = -k xi, limited to mu f
 //   torque on i = R n x fr, torque on j = -R n x fr
-// f is the normal force. For dmt it is the sum of the spring force and the attraction.
+// f is the normal force. For dmt, f is the sum of the magnitudes of the spring force and the
+// attraction.
 TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
 {
   Random random(5);
@@ -300,8 +301,8 @@ TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
     const double n[2] = {-static_cast<double>(contact.normal[0]),
                          -static_cast<double>(contact.normal[1])};
     const double relrot = static_cast<double>(s.i.spin) - static_cast<double>(s.j.spin);
-    // In the plane, relrot x n = relrot (-n_y, n_x). Our history is the rolling force along this
-    // direction, with the opposite sign of xi.
+    // In the plane, relrot x n = relrot (-n_y, n_x). The history of GPU_RVE is the rolling force
+    // along this direction. Its sign is opposite to that of xi.
     const double t[2] = {-n[1], n[0]};
     const double xi_before = -static_cast<double>(s.history.turning.rolling) / k_r;
     double fr[2];
@@ -313,7 +314,7 @@ TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
     const double pull_off = TypeParam::contact_law == ContactLaw::Dmt
         ? 4.0 * PI * material(mu_r).surface_energy * reduced
         : 0.0;
-    // Dashpots do not enter the limit for dmt.
+    // For dmt, the limit does not depend on the dashpots.
     const double springs = law.spring_force({static_cast<double>(contact.overlap), ri, rj});
     const double normal_force = pull_off > 0.0 ? springs + 2.0 * pull_off
                                                : static_cast<double>(result.normal_force);
@@ -325,7 +326,7 @@ TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
         law.resistance
             .advance(0, 0, s.history.turning, {}, {}, s.i, s.j, law.limiting_force(result), s.dt)
             .moment;
-    // The error is relative to the sizes of the terms, since the terms may cancel.
+    // The error is relative to the sizes of the terms, since the terms can cancel.
     const double error = 16.0 * std::numeric_limits<typename TestFixture::Real>::epsilon() *
         reduced * (std::fabs(static_cast<double>(s.history.turning.rolling)) + size + critical);
     ASSERT_NEAR(static_cast<double>(moment), torque_on_i, error);

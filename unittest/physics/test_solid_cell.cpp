@@ -113,7 +113,8 @@ TEST(SmallestStretchInSpace, IsALowerBoundOfTheSmallestSingularValue)
     const double smallest = std::sqrt(std::max(squares[0], 0.0));
 
     EXPECT_LE(smallest_stretch(g), smallest + 1e-14);
-    // The eigenvalues lie within p sqrt(3) to 2 p below their mean.
+    // smallest_stretch() takes the smallest eigenvalue of G^T G to be 2 p below the mean eigenvalue
+    // (p: see there). The true one is p to 2 p below the mean.
     if (strain < 0.1) { EXPECT_GE(smallest_stretch(g), smallest - 0.02); }
   }
 }
@@ -154,8 +155,9 @@ TEST(LatticeReductionInSpace, LeavesNoNarrowCell)
     least = std::min(least, relative_width(reduced(cell)));
   }
 
-  // The relative width of a Minkowski-reduced cell is at least 1/sqrt(2), minus the margins of the
-  // reduction. A pairwise reduction would leave cells with 0.13.
+  // The relative width of a Minkowski-reduced cell is at least 1/sqrt(2). The margins of the
+  // reduction lower this bound. A pairwise reduction would leave cells with a relative width of
+  // 0.13.
   EXPECT_GT(least, 0.62);
 }
 
@@ -165,7 +167,7 @@ TEST(LatticeReductionInSpace, ReducesThreeNearlyCoplanarVectors)
   // short. Pairwise reduction does not detect that this cell is nearly flat.
   const double h = 0.2, s = std::sqrt(0.75);
   const Tensor3 flat{{1.0, -0.5, -0.5, 0.0, s, -s, h, h, h}};
-  ASSERT_LT(smallest_width(flat), 0.56);    // the vectors are longer than 1
+  ASSERT_LT(smallest_width(flat), 0.56);    // although each vector is longer than 1
   for (int a = 0; a < 3; ++a)
     for (int b = a + 1; b < 3; ++b)
       ASSERT_LT(std::fabs(dot(column(flat, a), column(flat, b))), 0.6);
@@ -189,7 +191,7 @@ TEST(LatticeReductionInSpace, DoesNotFlipBackAndForth)
       if (first.axis < 0) continue;
       const auto second = lattice_step(apply_lattice_step(sheared, first));
       if (second.axis != first.axis) continue;
-      // the second step is not the inverse of the first one
+      // The second step must not be the inverse of the first one.
       EXPECT_FALSE(second.multiple[0] == -first.multiple[0] &&
                    second.multiple[1] == -first.multiple[1] &&
                    second.multiple[2] == -first.multiple[2]);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kinematics of a contact of two spheres, and its tangential history.
+// Tests the kinematics of a contact of two spheres, its tangential history, and the contact laws of
+// spheres.
 
 #include "rve/core/numbers.h"
 #include "rve/physics/laws/dmt_adhesion.h"
@@ -71,8 +72,9 @@ Vec<Real, 3> turned_by(const Vec<Real, 3> &force, const Vec<Real, 3> &normal,
   return turned_with_contact(force, normal, middle_normal(normal, turn), turn.twist, moves).sum();
 }
 
-/// Returns the force after step k, in which the contact rotates by `angle` about `axis`. The
-/// velocities are those at the middle of the step.
+/// Returns the force after step k = 1, 2, ..., in which the contact rotates by `angle` about
+/// `axis`. `normal` is the normal before the first step. Velocities are taken at the middle of the
+/// step.
 Vector turned(const Vector &force, const Vector &normal, const Vector &axis, double angle, int k)
 {
   const Vector now = rotated(normal, axis, angle * k),
@@ -138,8 +140,8 @@ TEST(TurnedForce, FollowsARigidRotationAboutAnyAxis)
 
 TEST(TurnedForce, RotatesAboutTheNormalToo)
 {
-  // The contact does not move, and both grains spin about its normal. The force rotates with them,
-  // which a projection alone would omit.
+  // The contact does not move, and both grains spin about its normal. The force must rotate with
+  // them. A projection onto the tangent plane alone would leave it unchanged.
   const Vector normal{{0.0, 0.0, 1.0}}, force{{1.0, 0.0, 0.0}};
 
   EXPECT_LT(error_of_turn(normal, normal, force, 0.5 * PI, 1000), 2e-6);
@@ -217,7 +219,7 @@ TEST(SphereContact, HasNoSlipInARigidRotation)
     EXPECT_LT(length(turn.tilt - dt * cross(w, pair.contact.normal)), 1e-15 * dt);
     EXPECT_NEAR(turn.twist, dt * dot(w, pair.contact.normal), 1e-15 * dt);
 
-    // The lever arms of LAMMPS are the whole radii. With them the surfaces have a relative
+    // The lever arms of LAMMPS are the whole radii. With these arms the surfaces have a relative
     // velocity.
     const auto lammps =
         SphereContact<double>::of<true>(pair.contact, pair.i, pair.j, turning, 0.0, 0.0);
@@ -235,7 +237,8 @@ TEST(SphereContact, VelocityIsThatOfTheTwoSurfaces)
     const auto moving =
         SphereContact<double>::of<false>(pair.contact, pair.i, pair.j, still, 0.5, 0.0);
 
-    // c + w x (from the centre to the contact point)
+    // The velocity of a surface is c + w x a, with the velocity c and spin w of the grain and the
+    // vector a from its centre to the contact point.
     const Vector &n = pair.contact.normal;
     const Vector surface_i = pair.i.velocity + cross(pair.i.spin, moving.arm_i * n),
                  surface_j = pair.j.velocity + cross(pair.j.spin, -moving.arm_j * n);
@@ -282,7 +285,7 @@ template <class Numbers> class VectorSpringOf : public ::testing::Test {
 using Formats = ::testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
 TYPED_TEST_SUITE(VectorSpringOf, Formats);
 
-/// Returns the velocity along x that moves the spring by a share of the limit in one step.
+/// Returns the velocity along x that changes the spring force by `share` of the limit in one step.
 template <class Real> Vec<Real, 3> along_x(double share)
 {
   return {{static_cast<Real>(share * LIMIT / (STIFFNESS * DT)), Real(0), Real(0)}};
@@ -321,7 +324,7 @@ TYPED_TEST(VectorSpringOf, SlidesAlongItsDirectionAtTheLimit)
   const double epsilon = std::numeric_limits<Real>::epsilon();
   EXPECT_NEAR(length(slid.force.template as<double>()), LIMIT, 8 * epsilon * LIMIT);
   EXPECT_NEAR(slid.force[1] / slid.force[0], 0.2, 4 * epsilon);
-  for (int a = 0; a < 3; ++a)    // the removed part is along the force
+  for (int a = 0; a < 3; ++a)    // the slip is parallel to the force
     EXPECT_NEAR(slid.slipped[a] * slid.force[0], slid.slipped[0] * slid.force[a],
                 16 * epsilon * LIMIT * LIMIT);
 }
@@ -363,8 +366,8 @@ TYPED_TEST(VectorSpringOf, DissipatesTheWorkThatItDoesNotStore)
     h = result.spring;
   }
 
-  // The dissipation uses the force at the end of a step instead of the mean force. The error is 1
-  // %, since a step changes the force by 1 % of the limit.
+  // The dissipation uses the force at the end of a step instead of the mean force. The error of the
+  // dissipation is up to 1 %, since a step changes the force by up to 1 % of the limit.
   EXPECT_GT(dissipation, 10.0 * energy_of_spring(h, this->spring.stiffness));
   EXPECT_NEAR(work, dissipation + energy_of_spring(h, this->spring.stiffness), 0.01 * work);
 }
@@ -457,7 +460,7 @@ TYPED_TEST(SphereLaw, HistoriesRotateWithARigidRotationAboutAnyAxis)
     const Vector normal = unit(random_vector<double>(random, 1.0));
     const Vector axis = sample == 0 ? normal : unit(random_vector<double>(random, 1.0));
     pair.branch = (2.0 * RADIUS - 1e-4) * normal;
-    // The velocities load all springs below their limits.
+    // These velocities load all springs, but less than up to their limits.
     pair.j.velocity = across(normal, random_vector<double>(random, 1.0));
     pair.j.spin = random_vector<double>(random, 50.0);
     auto before = evaluate(law, pair.contact(), pair.i, pair.j, STILL, {}, 1e-6);
@@ -477,8 +480,8 @@ TYPED_TEST(SphereLaw, HistoriesRotateWithARigidRotationAboutAnyAxis)
       after = evaluate(law, pair.contact(), pair.i, pair.j, turning, after.history(), dt);
     }
 
-    // The error is of second order in the angle of a step. The stiff spring adds slip of third
-    // order in this angle.
+    // The error of the rotation is of second order in the angle of a step. In addition, each step
+    // has a slip of third order in this angle, which loads the stiff spring.
     const double error = 1e-6, angle = 2.0 / steps;
     const double slip = 0.8e6 * 2.0 * RADIUS * steps * angle * angle * angle / 8.0;
     EXPECT_LT(length(after.spring - rotated(before.spring, axis, 2.0)),
@@ -567,9 +570,9 @@ TEST(SphereRolling, MomentsEndAtTheirLimits)
 
 TEST(SphereRolling, ReducesASpinAtItsLimit)
 {
-  // Two spheres are pressed on each other without friction and spin in opposite directions. They
-  // roll about an axis perpendicular to the normal, or twist about the normal. Both spins decrease
-  // by M t / I, with the limiting moment M and the inertia I.
+  // Two spheres without friction are pressed against each other and spin in opposite directions.
+  // They roll about an axis perpendicular to the normal, or twist about the normal. Both spins
+  // decrease by M t / I, with the limiting moment M and the inertia I.
   Material material = sphere_material();
   material.friction = 0.0;
   const auto law = law_of<RollingSpheres>(material);
@@ -589,7 +592,7 @@ TEST(SphereRolling, ReducesASpinAtItsLimit)
       pair.i.spin = pair.i.spin + (dt / inertia) * answer.torque_i;
       pair.j.spin = pair.j.spin + (dt / inertia) * answer.torque_j;
     }
-    // The moment needs some time to grow to its limit. The loss of spin is delayed by half of this
+    // The moment grows to its limit in a short time. The loss of spin is delayed by half of this
     // time.
     EXPECT_LT(length(pair.i.spin - (0.5 * begin) * axis), 0.01 * begin);
     EXPECT_LT(length(pair.i.spin + pair.j.spin), 1e-12 * begin);
@@ -709,8 +712,8 @@ TEST(SphereHertz, PressesWithThePowerThreeHalvesOfTheOverlap)
 
 TEST(SphereHertz, TangentialForceFollowsTheVariant)
 {
-  // The contact is loaded tangentially. Then it is either pressed to twice its contact radius or
-  // released to half of it.
+  // The contact is loaded tangentially. Then the normal load either doubles or halves the contact
+  // radius.
   const double deep = 1e-4, loaded[] = {0.3, 0.4};
   const double growth = 2.0, shrinkage = 0.5;    // ratios of contact radii
   const struct {

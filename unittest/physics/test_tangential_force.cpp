@@ -22,7 +22,7 @@ constexpr double DT = 1e-4;
 
 const LinearTangential<double, double, false> FRICTIONAL{STIFFNESS, FRICTION, 0.0};
 
-/// Returns the velocity that moves the spring by a share of the Coulomb limit in one step.
+/// Returns the velocity that changes the spring force by `share` of the Coulomb limit in one step.
 double velocity_for(double share)
 {
   return share * LIMIT / (STIFFNESS * DT);
@@ -64,11 +64,12 @@ TEST(LinearTangential, ReversedLoadUnloadsTheSpringAndSlidesTheOtherWay)
     spring = FRICTIONAL.advance(spring, velocity_for(0.1), NORMAL_FORCE, DT).spring;
   ASSERT_EQ(spring, LIMIT);
 
-  // Equation (14) of the paper adds magnitudes. As printed, it would keep the force at the limit.
+  // Equation (14) of the paper adds magnitudes of forces. As printed, it would keep the force at
+  // the limit under reversed loading.
   for (int k = 1; k <= 19; ++k) {
     const auto shear = FRICTIONAL.advance(spring, -velocity_for(0.1), NORMAL_FORCE, DT);
     EXPECT_NEAR(shear.force, LIMIT * (1.0 - 0.1 * k), 1e-13 * LIMIT)
-        << "step " << k;    // a rounding per step
+        << "step " << k;    // each step has one rounding
     EXPECT_FALSE(shear.sliding);
     spring = shear.spring;
   }
@@ -124,17 +125,17 @@ TEST(LinearTangential, WorkIsStoredOrLostInSliding)
 
   ASSERT_GT(onsets, 8);    // the contact sticks and slides in both directions
   ASSERT_GT(lost, 100.0 * LIMIT * LIMIT / STIFFNESS);
-  // The work uses the mean of the forces before and after a step. This is exact except in a step in
-  // which sliding begins. The error of such a step is at most (k v dt)^2 / 8k, with the stiffness k
-  // and the velocity v.
+  // The work uses the mean of the forces before and after a step. The mean is exact except in a
+  // step in which sliding begins. The error of such a step is at most (k v dt)^2 / (8 k), with the
+  // stiffness k and the velocity v.
   const double slip = STIFFNESS * amplitude * DT;
   EXPECT_NEAR(work, stored + lost, onsets * slip * slip / (8.0 * STIFFNESS) + 1e-12 * lost);
 }
 
 TEST(LinearTangential, DashpotSharesTheLimitAsInLammps)
 {
-  // This is a transcript of tangential linear_history of pair granular in LAMMPS. Its history is a
-  // displacement, which the force opposes.
+  // The loop repeats the model tangential linear_history of LAMMPS' pair granular. There the
+  // history is a displacement, and the force is opposite to it.
   Random random(5);
   const LinearTangential<double, double, true> law{STIFFNESS, FRICTION, 40.0};
   double spring = 0.0, displacement = 0.0;

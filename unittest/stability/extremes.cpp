@@ -26,7 +26,7 @@ namespace {
   constexpr double RADIUS = 0.005;    // radius of grains in lattices [m]
 
   // Limit of the overlap divided by the smaller radius. It exceeds the default of 0.5, since the
-  // scenes have overlaps of up to 0.3 diameters.
+  // scenes have overlaps of up to 0.3 diameters, which are 0.6 radii.
   constexpr double OVERLAP_LIMIT = 0.65;
 
   // ---- packings and lattices of disks and spheres -----------------------------------------------
@@ -80,7 +80,7 @@ namespace {
   }
 
   /// Returns a triangular lattice of disks or a face-centred cubic lattice of spheres. `overlap` is
-  /// relative to the diameter.
+  /// the ratio of the overlap to the diameter.
   template <int D> RveStateOf<D> lattice(const Material &material, double overlap)
   {
     if constexpr (D == 2)
@@ -95,8 +95,8 @@ namespace {
                   : face_centred_pressure(material, RADIUS, overlap * 2.0 * RADIUS);
   }
 
-  /// Returns the change of stress of a lattice under a small strain. The strain is affine, since
-  /// each grain is a centre of symmetry.
+  /// Returns the change of stress of a lattice under a small strain. The displacements of the
+  /// grains are affine, since each grain is a centre of symmetry.
   Tensor2 stress_of_strain(const RveState &lattice, const Tensor2 &strain)
   {
     return affine_stiffness(lattice)(strain);
@@ -128,7 +128,7 @@ namespace {
     return sum / state.num_grains();
   }
 
-  /// Returns a rotation by an angle, in the plane or about an axis that is oblique to the cell.
+  /// Returns a rotation by `angle`. In space, the axis of the rotation is oblique to the cell.
   template <int D> Tensor<double, D> turned(double angle)
   {
     if constexpr (D == 2)
@@ -166,7 +166,8 @@ namespace {
     return stretch * Tensor<double, D>::identity();
   }
 
-  /// Returns extension along x and the same compression along y.
+  /// Returns the deformation gradient of an extension by `strain` along x and an equal compression
+  /// along y.
   template <int D> Tensor<double, D> pure_shear(double strain)
   {
     auto deformation = Tensor<double, D>::identity();
@@ -189,7 +190,7 @@ namespace {
 
   // ---- contacts ---------------------------------------------------------------------------------
 
-  /// Tangential force on the grain with the lower number, by pair.
+  /// Maps the grain numbers (low, high) of a pair to the tangential force on grain `low`.
   template <int D> using Histories = std::map<std::pair<int, int>, Vec<double, D>>;
 
   template <int D> Histories<D> histories_by_pair(const RveStateOf<D> &state)
@@ -223,7 +224,7 @@ namespace {
     return std::sqrt(dot(x, x));
   }
 
-  /// Returns Love's stress. The host finds the contacts without the list of the engine.
+  /// Returns Love's stress. It finds the contacts on the host, without the engine's Verlet list.
   template <int D> Tensor<double, D> contact_stress(const RveStateOf<D> &state)
   {
     const Histories<D> histories = histories_by_pair(state);
@@ -241,8 +242,8 @@ namespace {
     return norm(trace.last().stress - contact_stress(trace.end)) / pressure;
   }
 
-  /// Returns the error of the stress divided by the final pressure. A packing without contacts must
-  /// have a stress of exactly zero.
+  /// Returns the error of the final stress divided by the final pressure. If the packing has no
+  /// contacts, the stress must be exactly zero.
   template <int D> double stress_error(const Trace<D> &trace)
   {
     const double pressure = trace.last().mean_stress();
@@ -258,7 +259,7 @@ namespace {
 
   template <int D> void overlaps(Scenes<D> &scenes)
   {
-    // The largest overlap of spheres is 0.25, since second neighbours touch too at 0.3.
+    // The largest overlap of spheres is 0.25. At 0.3 their second neighbours would touch too.
     for (const double overlap : {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, D == 2 ? 0.3 : 0.25}) {
       const RveStateOf<D> state = lattice<D>(grain_material<D>(), overlap);
       const double dt = 0.5 * stable_time_step(state);
@@ -286,13 +287,13 @@ namespace {
       material.friction = 10.0;    // no contact slides
       const RveStateOf<D> state = lattice<D>(material, 1e-3);
       const double dt = 0.5 * stable_time_step(state);
-      const double strain = 2e-5;    // its square is neglected
+      const double strain = 2e-5;    // small, since terms of strain^2 are neglected
       scenes.push_back(
           {"stiffness ratio",
            "k_t / k_n",
            ratio,
            "stiffness of " + words_for_lattice<D>() + " in pure shear",
-           {1e-2, D == 2 ? 1e-4 : 3e-4, 1e-4},    // 3e-4 of the change: 3e-6 of the pressure
+           {1e-2, D == 2 ? 1e-4 : 3e-4, 1e-4},    // 3e-4 of the change is 3e-6 of the pressure
            state,
            2,
            [=](int call) {
@@ -337,8 +338,8 @@ namespace {
 
   template <int D> void size_ratios(Scenes<D> &scenes)
   {
-    // Ratios of spheres are smaller than those of disks, since too many small spheres would touch
-    // the largest one.
+    // The ratios for spheres are smaller than the ratios for disks. With larger ratios, too many
+    // small spheres would touch the largest one.
     for (const double ratio : {1.0, 2.0, D == 2 ? 5.0 : 4.0, D == 2 ? 10.0 : 6.5}) {
       PackingRecipe recipe;
       recipe.material = grain_material<D>();
@@ -386,7 +387,7 @@ namespace {
                             : hold<D>(0.5 * time_step<D>(), 1000);
                       },
                       [](const Trace<D> &trace) { return stress_error(trace); }};
-      // In the last scene small grains are inside large ones.
+      // In the last scene the engine must refuse a call, since small grains get into large ones.
       scene.must_refuse = scene.may_refuse = solid == solids.back();
       scenes.push_back(scene);
     }
@@ -414,8 +415,9 @@ namespace {
             double most = energy(trace.first());
             for (const ResultOf<D> &result : trace.results) most = std::max(most, energy(result));
             const double gain = (most - energy(trace.first())) / trace.first().kinetic_energy;
-            // Shorter steps do not suffice to come to rest. With steps of a tenth of the bound, a
-            // wave crosses the cell 20 times in 10,000 steps.
+            // Grains need not come to rest with steps below a tenth of the bound. With a tenth of
+            // the bound, a wave crosses the cell 20 times in the 10,000 steps; with shorter steps,
+            // it crosses too few times.
             return share < 0.1 ? gain : std::max(gain, trace.last().unbalanced_ratio);
           },
           {AdviceKind::LongTimeStep}};
@@ -431,7 +433,7 @@ namespace {
     const RveStateOf<D> state = lattice<D>(material, 1e-2);
     const double dt = 0.5 * stable_time_step(state);
     for (const double rate : {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0}) {
-      const double rate_of_axis = rate / std::sqrt(2.0);    // |D| = rate
+      const double rate_of_axis = rate / std::sqrt(2.0);    // norm of the strain rate: `rate`
       const int steps = static_cast<int>(std::clamp(
           2e-3 / (rate_of_axis * dt), 1.0, static_cast<double>(share_of(2e5, length, 2000))));
       Config<D> scene{"strain rate",
@@ -459,16 +461,16 @@ namespace {
                           const Vec<double, D> expected =
                               (material.tangential_stiffness * length_of(contact.branch)) *
                               (stretched - dot(n, stretched) * n);
-                          // A normal in single precision leaves a small part of the tangential
-                          // force along the normal.
+                          // If the normal has single precision, the tangential force has a small
+                          // component along the exact normal. This component is removed here.
                           const Vec<double, D> difference =
                               tangential_force(after, contact) - tangential_force(before, contact);
                           const Vec<double, D> change = difference - dot(n, difference) * n;
                           error += length_of(change - expected);
                           size += length_of(expected);
                         }
-                        // The strain rotates the normals, by up to 2e-3 rad. This part of the error
-                        // is subtracted.
+                        // The strain also rotates the normals, by up to 2e-3 rad. The resulting
+                        // part of the error is subtracted.
                         return std::max(0.0, error / size - 4.0 * strain);
                       },
                       {AdviceKind::SlowStrain, AdviceKind::FastStrain}};
@@ -500,9 +502,10 @@ namespace {
 
   template <int D> void simple_shear(Scenes<D> &scenes, double length)
   {
-    // The rate is 0.2/s for disks and about 1/s for spheres, an inertial number of about 1e-3.
+    // The shear rate is 0.2/s for disks and about 1/s for spheres. Both give an inertial number of
+    // about 1e-3.
     const int calls = share_of(2000, length, 1);
-    const double shear = D == 2 ? 5e-3 : 1e-3;    // smaller, to save time
+    const double shear = D == 2 ? 5e-3 : 1e-3;    // strain per call; less for spheres to save time
     scenes.push_back({"simple shear",
                       "shear strain",
                       shear * calls,
@@ -557,10 +560,11 @@ namespace {
          25});
   }
 
-  // The cell rotates along chords, which changes the stress by 1.7e-4 for disks and 6e-4 for
-  // spheres (doc/src/stability.rst). Spins in single precision add less than 1e-6 per turn.
-  // Tangential forces of spheres rotate step by step. Steps of 8e-3 rad would add 4e-4 per turn;
-  // steps of 8e-4 rad, as here, add 2e-6.
+  // Errors of the stress in rotations, relative to the pressure: The cell moves along chords of its
+  // circular path, which gives 1.7e-4 for disks and 6e-4 for spheres (doc/src/stability.rst). Spins
+  // in single precision add less than 1e-6 per turn. The tangential forces of spheres are rotated
+  // in each step. The steps of 8e-4 rad used here add 2e-6 per turn; steps of 8e-3 rad would add
+  // 4e-4.
   template <int D> void rotations(Scenes<D> &scenes, double length)
   {
     const int steps_per_quarter = D == 2 ? 200 : 2000, quarters = 4 * share_of(1000, length, 1);
@@ -610,8 +614,8 @@ namespace {
                       }});
   }
 
-  /// Converts the state to other units. `length`, `mass` and `time` are the new units, measured in
-  /// the old ones.
+  /// Converts the state to other units. `length`, `mass` and `time` are the sizes of the new units
+  /// in old units.
   template <int D>
   RveStateOf<D> in_units(RveStateOf<D> state, double length, double mass, double time)
   {
@@ -629,7 +633,7 @@ namespace {
     for (PairOf<D> &pair : state.pairs)
       pair.tangential_force = (time * time / (mass * length)) * pair.tangential_force;
     state.largest_contact_force *= time * time / (mass * length);
-    return state;    // at rest
+    return state;    // velocities are zero in all units
   }
 
   template <int D> void sizes(Scenes<D> &scenes)
@@ -640,9 +644,9 @@ namespace {
     const RveStateOf<D> old = packing<D>();
     const double size = 2.0 * mean_radius_of(old);
     const Material &m = old.material;
-    // In the first three cases the unit of length gives the mean diameter a value of 1e-6, 1e-3 or
-    // 1, and the unit of mass keeps the value of the density. The last case uses the mean radius,
-    // the mean mass of a grain and k_n as units.
+    // In the first three cases the mean diameter is 1e-6, 1e-3 or 1 new units of length, and the
+    // unit of mass is such that the density has its old value. In the last case the mean radius,
+    // the mean mass of a grain and k_n are 1 in the new units.
     std::vector<Units> all;
     for (const double wanted : {1e-6, 1e-3, 1.0}) {
       const double length = size / wanted;
@@ -679,9 +683,9 @@ namespace {
     }
   }
 
-  // A collision begins and ends between two steps. This adds or removes a random part of its
-  // energy. The error grows as the root of the number of collisions, from 1e-5 for a few collisions
-  // to 1e-3 for some ten thousand.
+  // A collision begins and ends between two time steps, which changes its energy by a small random
+  // amount. The relative error of the energy grows as the square root of the number of collisions,
+  // from 1e-5 for a few collisions to 1e-3 for some ten thousand.
   template <int D> void few_grains(Scenes<D> &scenes, double length)
   {
     for (const int count : {2, 3, 10}) {
@@ -784,8 +788,8 @@ namespace {
                              : straight(isotropic<D>(1.0 / stretch), time_step<D>(), 500);
           },
           [](const Trace<D> &trace) {
-            // Collisions of moving grains cause a pressure of less than a thousandth of the initial
-            // one.
+            // In the open packing, collisions of moving grains are allowed to cause a pressure of
+            // up to a thousandth of the initial pressure.
             const double open =
                 std::max(0.0, norm(trace.results[20].stress) / trace.first().mean_stress() - 1e-3);
             return std::max(open, stress_error(trace, trace.first().mean_stress()));
@@ -797,7 +801,7 @@ namespace {
   // ---- verdicts ---------------------------------------------------------------------------------
 
   template <int D> struct Run {
-    int number;    // number in the engine
+    int number;    // number of the RVE in the engine
     double stable_dt;
     Trace<D> trace;
     std::vector<Advice> advice;    // first advice of each kind in Config::explained_by

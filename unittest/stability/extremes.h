@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tests of the engine at the limits of its input. A scene is an RVE of disks or spheres with a
-// drive and a property that must hold. All scenes of a dimension run as one batch.
+// Scenes that test the engine at the limits of its input. A scene is an RVE with a drive and with a
+// property that its results must have. All scenes with disks run as one batch, and so do all scenes
+// with spheres.
 //
 // A scene ends with one of four verdicts:
 //   holds    the property is met within its limit
-//   status   the engine refused the call, as the scene allows, and left the RVE unchanged
-//   warned   the property is not met, and the printed advice names the reason
-//   silent   the property is not met and nothing is reported, which is a failure
+//   status   the engine refused a call with a fatal status and left the RVE unchanged, and the
+//            scene allows a refusal
+//   warned   the property is not met, but the engine's advice names the reason
+//   silent   none of the above, which is a failure
 
 #pragma once
 
@@ -21,16 +23,16 @@ namespace rve_test {
 /// Recorded states and results of a scene.
 template <int D> struct Trace {
   rve::Format format;
-  rve::RveStateOf<D> start, middle, end;    ///< before, after Config::middle_call calls, at end
-  std::vector<rve::ResultOf<D>> results;    ///< results of a call without steps, then of each call
+  rve::RveStateOf<D> start, middle, end;    ///< at start, after middle_call calls, at end
+  std::vector<rve::ResultOf<D>> results;    ///< of a call without steps, then of all calls
   const rve::ResultOf<D> &first() const { return results.front(); }
   const rve::ResultOf<D> &last() const { return results.back(); }
 };
 
 template <int D> struct Config {
-  std::string item;        ///< item in the list of extremes
-  std::string quantity;    ///< varied quantity
-  double value;            ///< value of the quantity
+  std::string item;        ///< group of scenes, for example "overlap"
+  std::string quantity;    ///< quantity that varies in the group
+  double value;            ///< value of the quantity in this scene
   std::string property;    ///< description of the property that must hold
   double limit[3];         ///< limit of the deviation in fast, mixed and double [-]
   rve::RveStateOf<D> state;
@@ -56,8 +58,8 @@ template <int D> struct Finding {
   long long steps = 0;
 };
 
-/// Returns the scenes. Long scenes make the share `length` in (0, 1] of their full length, for
-/// example of ten million steps or a thousand turns.
+/// Returns the scenes. `length` in (0, 1] shortens long scenes: 1 gives their full length, for
+/// example ten million steps or a thousand turns, and 0.1 gives a tenth of it.
 template <int D> std::vector<Config<D>> extreme_scenes(double length);
 
 /// Runs the scenes on one engine as one batch, call by call. `engine_name` receives the description

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs the scenes of extremes.h in each number format and writes the findings to a file: a row for
-// each scene and format, and a row for each item and format with the values at which the property
-// holds. doc/src/stability.rst shows the file.
+// Runs the scenes of extremes.h in each number format and writes the findings to a file. The file
+// has one row for each scene and format. It also has one row for each group of scenes (item) and
+// format, with the values that hold, are warned about, are refused or fail. doc/src/stability.rst
+// shows the file.
 //
 //   extremes_report <output.json> [--shape disk|sphere] [--device cpu|cuda|auto]
 //                   [--length percent] [--machine words]
@@ -64,8 +65,8 @@ std::string short_number(double value)
   return text;
 }
 
-/// Returns the values that have the verdict, for example "1e-05 to 0.3, 0.9". Consecutive values of
-/// the list are written as a range.
+/// Returns the values with the given verdict as text, for example "1e-05 to 0.3, 0.9". Values that
+/// follow each other in the list are written as a range.
 std::string ranges(const std::vector<std::pair<double, Verdict>> &values, Verdict verdict)
 {
   std::string words;

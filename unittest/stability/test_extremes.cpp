@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tests the engine at the limits of its input: each property holds, or a message reports that it
-// does not.
+// Tests the engine at the limits of its input. In each scene of extremes.h, the property must hold
+// or a message must report that it does not.
 //
 // Environment variables:
 //   GPU_RVE_EXTREMES_LENGTH   length of long scenes in percent of the full length (ten million
@@ -50,7 +50,7 @@ template <int D> void expect_nothing_silently_wrong(Format format)
 
   for (const Finding<D> &finding : findings) {
     EXPECT_NE(finding.verdict, Verdict::Silent) << label(finding);
-    // Only the limits of a number format or of the time integration may end in a warning.
+    // A warning is allowed only where a number format or the time integration reaches its limit.
     if (finding.verdict == Verdict::Warned) {
       const std::string &item = finding.scene->item;
       EXPECT_TRUE(item == "time step" ||
