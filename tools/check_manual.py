@@ -22,7 +22,7 @@ DEVELOPERS = re.compile(r"doc/src/(architecture|dev_\w+)\.rst|CONTRIBUTING\.md")
 # how a line of a log begins
 LOG = re.compile(r"^\s+(WARNING: |ERROR: |ERROR on proc \d+: )?"
                  r"((fix|compute) (rve|mpm|rve/\S+) \S+|create_rve|write_rve|random_field|dump \S+): (.*)")
-HASH = re.compile(r"\b(?=[0-9a-f]*\d)(?=[0-9a-f]*[a-f])[0-9a-f]{7,40}\b")
+HASH = re.compile(r"(?<!\.)\b(?=[0-9a-f]*\d)(?=[0-9a-f]*[a-f])[0-9a-f]{7,40}\b")
 COMMAND = re.compile(r"lmp\S* (?:.*? )?-in (\S+)([^`]*)")
 
 

@@ -49,6 +49,7 @@ undrained       element_tests           lmp -in in.triaxial -var test undrained 
 tangent         tangent                 lmp -in in.tangent -var strain 0.003
 sphere_packings sphere_packings         lmp -in in.sphere_packings -var mu 0
 steady_shear    steady_shear            lmp -in in.steady_shear -var grains 50 -var strain 0.02
+footing_short   footing                 lmp -in in.footing -var h 1 -var grains 50 -var settlement 0.02
 footing         footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 10 -var frames 2
 footing_full    footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 5 -var domain full -var ground mirrored -var preset standard
 footing_drawn   footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 5 -var ground different -var packings 2 -var prep 0.3 -var thickness 0.1
@@ -59,9 +60,19 @@ random_footing  random_footing          lmp -in in.random_footing -var h 1 -var 
 mirrored        random_footing          lmp -in in.random_footing -var h 1 -var grains 50 -var seeds 4 -var within 0.02 -var stop 5 -var ground mirrored
 tresca          strip_footing           lmp -in in.strip_footing -var law tresca -var h 0.5 -var duration 0.2
 mohr_coulomb    strip_footing           lmp -in in.strip_footing -var h 0.5 -var duration 0.2
+retaining_wall  retaining_wall          lmp -in in.retaining_wall -var h 0.5 -var duration 0.05
+biaxial_bands   biaxial_specimen        lmp -in in.biaxial_specimen -var strain 0.001
+triaxial_rough  triaxial_specimen       lmp -in in.triaxial_specimen -var strain 0.001
+footing_3d      footing_3d              lmp -in in.footing_3d -var h 1 -var d_end 0.02
+specimen        finite_elements         lmp -in in.specimen -var strain 0.0002
+narrow_cells    narrow_cells            lmp -in in.narrow_cells -var copies 1 -var strain 0.05
+paths           element_tests           lmp -in in.paths
+strength        howto                   lmp -in in.factor_of_safety -var n 4
+collapse_short  column_collapse         lmp -in in.column_collapse -var h 0.5 -var periods 0.2
 collapse        column_collapse         lmp -in study.column_collapse -var a 1 -var h 0.25 -var periods 0.5
 collapse_grains column_collapse         lmp -in study.column_collapse -var law rve -var a 1 -var h 0.5 -var grains 50 -var periods 0.2
 collapse_space  column_collapse         lmp -in in.column_collapse_3d -var h 0.25 -var periods 0.5
+slope_short     slope                   lmp -in in.slope -var n 4
 slope           slope                   lmp -in study.slope -var n 4 -var waves 5
 elastic         strip_footing           lmp -in in.strip_footing -var law elastic -var h 0.5 -var duration 0.2
 crosscheck      crosscheck              lmp -in in.prepare && lmp -in in.grains_in_rve -var start start.rve -var drive shear -var rate 0.05 -var out rve && lmp -in in.grains_in_lammps -var start start.data -var drive shear -var rate 0.05 -var out lammps && rm lammps.contacts lammps.grains

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Curves of the biaxial specimen, its shear bands, and their angle beside those of Coulomb and Roscoe.
+"""Draws the files of in.biaxial_specimen and study.biaxial_specimen: curves and shear bands. The script prints the angle of the band and those
+of Coulomb and Roscoe.
 
-    python3 plot_biaxial_specimen.py                       of curve.smooth and fields.smooth, and of rough where they are
-    python3 plot_biaxial_specimen.py --check smooth        prints the numbers and says by its exit status whether they are physical
+    python3 plot_biaxial_specimen.py                       curve.smooth and fields.smooth (in.biaxial_specimen writes them), and rough if they exist
+    python3 plot_biaxial_specimen.py smooth                these only
+    python3 plot_biaxial_specimen.py --check smooth        prints the numbers; the exit status is 0 if they are physical
 
 The angle of a band to the least principal stress, which is horizontal, lies between 45 deg + psi/2 (Roscoe) and 45 deg + phi/2 (Coulomb), with the mobilized
 angles at the peak: sin phi = (s1 - s3) / (s1 + s3), sin psi = - d eps_v / d gamma of the specimen. The angle comes from a line through the centres of the band in the
@@ -134,16 +136,21 @@ def check(ending):
             numbers["error"] < 1.5 and numbers["roscoe"] - tolerance < numbers["angle"] < numbers["coulomb"] + tolerance)
 
 
+def words_of(ending):
+    """Returns the words of a legend for the files of a run."""
+    return {"smooth": "smooth plates", "rough": "rough plates"}.get(ending, ending.replace("_", " "))
+
+
 def draw(runs, path, ratio_label, section):
-    """Curves of all runs, and of each the strain in a section: section(numbers) is x, height, strain, spacing and title."""
+    """Draws the curves of all runs, and for each run the strain in a section: section(numbers) returns x, height, strain, spacing and title."""
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     figure, axes = plt.subplots(1, 2 + len(runs), figsize=(6.5 + 2.6 * len(runs), 3.8), width_ratios=[1.2, 1.2] + [0.9] * len(runs))
     for ending, numbers in runs.items():
         curve = numbers["curve"]
-        axes[0].plot(100 * curve[:, 0], curve[:, 2], label=ending)
-        axes[1].plot(100 * curve[:, 0], 100 * curve[:, 3], label=ending)
+        axes[0].plot(100 * curve[:, 0], curve[:, 2], label=words_of(ending))
+        axes[1].plot(100 * curve[:, 0], 100 * curve[:, 3], label=words_of(ending))
     for axis, label in zip(axes, (ratio_label, "volumetric strain, dilation positive [%]")):
         axis.set_xlabel("axial strain [%]")
         axis.set_ylabel(label)
@@ -151,11 +158,11 @@ def draw(runs, path, ratio_label, section):
         axis.legend(frameon=False)
     for axis, (ending, numbers) in zip(axes[2:], runs.items()):
         x, height, strain, spacing, title = section(numbers)
-        marks = axis.scatter(x, height, c=strain, s=(330.0 * spacing / 2.0)**2 / 5.0, marker="s", cmap="inferno", vmin=0.0, vmax=np.quantile(strain, 0.98))
+        marks = axis.scatter(x, height, c=strain, s=(330.0 * spacing / 2.0)**2 / 5.0, marker="s", cmap="viridis", vmin=0.0, vmax=np.quantile(strain, 0.98))
         axis.set_aspect("equal")
         axis.set_xlim(-0.3, 1.3)
         axis.set_ylim(0.0, 2.05)
-        axis.set_title(ending + title, fontsize=9)
+        axis.set_title(words_of(ending) + title, fontsize=9)
         axis.set_axis_off()
         figure.colorbar(marks, ax=axis, shrink=0.6, label="deviatoric strain [-]")
     figure.tight_layout()

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs study.column_collapse or in.column_collapse_3d over aspect ratios: run-out and height of the deposit beside experiments.
+"""Draws a run of in.column_collapse, or runs study.column_collapse or in.column_collapse_3d over aspect ratios: run-out and height of the deposit
+next to those of experiments.
 
+    python3 column_collapse.py --plot             points.column_collapse of in.column_collapse in the present folder: column_collapse.png
     python3 column_collapse.py                    nine ratios, two minutes of one core; column_collapse.txt
     python3 column_collapse.py --short            three ratios on a coarser grid, seconds
     python3 column_collapse.py --figure FILE.png  all of them, and a figure
@@ -9,8 +11,8 @@
     python3 column_collapse.py --space            round columns in space: four ratios, four minutes of one core; column_collapse_3d.txt
     python3 column_collapse.py --space --short    two ratios on coarser grids, ten seconds; --figure as above
 
-Exit status 1 if a deposit is not at rest or outside of the band of experiments, 2 if a run fails or there is no lmp. Needs numpy, and
-matplotlib for --figure.
+The exit status is 1 if a deposit is not at rest or outside of the band of experiments, 2 if a run fails or there is no lmp. The script needs numpy,
+and matplotlib for --plot and --figure.
 
 Experiments, plane columns of sand or glass beads, L0 the width and a = H0/L0:
   run-out (L - L0)/L0: 1.2 a below a = 2.3, 1.9 a^(2/3) above (Lube, Huppert, Sparks & Freundt 2005, Phys. Rev. E 72, 041301);
@@ -150,10 +152,41 @@ def draw(path, results, in_space):
     figure.savefig(path, dpi=80)
 
 
+def plot(path="column_collapse.png"):
+    """Draws the points of in.column_collapse in the present folder, and prints run-out and height."""
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    frames = list(dumps.frames("points.column_collapse"))
+    first, last = frames[0], frames[-1]
+    h = dumps.spacing(first)
+    a = np.ptp(first["y"]) + h    # the width is 1 m
+    far, high = deposit(last, 1.0, h, 1)
+    print(f"a = {a:.3g}: run-out {far:.2f} (Lube {run_outs(a)[0]:.2f}, Lajeunesse {run_outs(a)[1]:.2f}), "
+          f"height at the wall {high:.2f} (Lajeunesse {heights(a)[1]:.2f}, Lube {heights(a)[0]:.2f})")
+    figure, axes = plt.subplots(1, 1, figsize=(8, 3.4), constrained_layout=True)
+    length = 1.1 * (1.0 + run_outs(a)[1])
+    side = (0.85 * 72 * 6.3 * h / length)**2
+    axes.scatter(first["x"], first["y"], s=side, marker="s", color="0.9", label="before the collapse")
+    points = axes.scatter(last["x"], last["y"], c=last["eps_q"], s=side, marker="s", vmin=0, vmax=np.quantile(last["eps_q"], 0.9), cmap="viridis")
+    figure.colorbar(points, ax=axes, label="deviatoric strain", shrink=0.8)
+    for value, words, style in zip(run_outs(a), ("Lube et al. 2005", "Lajeunesse et al. 2005"), ("-", "--")):
+        axes.axvline(1 + value, color="black", linewidth=0.8, linestyle=style, label=words)
+    axes.set(aspect="equal", xlabel="$x/L_0$", ylabel="$y/L_0$", xlim=(0, length), ylim=(0, 1.1 * a))
+    axes.legend(fontsize=8, markerscale=0.6)
+    figure.savefig(path, dpi=100)
+    print("wrote", path)
+
+
 def main():
     parser = harness.new_parser(__doc__, short="three ratios on a coarser grid", figure=True)
     parser.add_argument("--space", action="store_true", help="round columns in space")
     parser.add_argument("--friction", type=float, default=0.6, help="tan of the angle of friction (default: 0.6)")
+    parser.add_argument("--plot", action="store_true", help="draw points.column_collapse of in.column_collapse")
+    if parser.parse_args().plot:
+        plot()
+        return
     options = harness.parse_arguments(parser, __file__)
     if options.space:
         columns, run, far_laws, high_laws = SHORT_ROUND_COLUMNS if options.short else ROUND_COLUMNS, round_collapse, round_run_outs, round_heights

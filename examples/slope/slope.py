@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs study.slope for several slopes: the weight at which they fail, against limit analysis with log spirals.
+"""Draws a run of in.slope, or runs study.slope for several slopes: the weight at which they fail, against limit analysis with log spirals.
 
+    python3 slope.py --plot [--beta 45] [--phi 20]    curve.slope and fields.slope of in.slope in the present folder: slope.png, and the weight at failure
     python3 slope.py                    six slopes on two grids, two minutes of one core; slope.txt
     python3 slope.py --short            two slopes on the coarse grid, seconds
     python3 slope.py --figure FILE.png  all of them, and a figure
 
-A slope has failed where its crest settles RATE times as fast, per increase of gamma H/c, as in the first third of the loading. Exit status 1 if one
-fails outside of its tolerance, 2 if a run fails or there is no lmp. Needs numpy, and matplotlib for --figure.
+A slope has failed where it moves RATE times as fast, per increase of gamma H/c, as in the first third of the loading: the settlement of its crest in
+study.slope, the largest displacement in in.slope. The exit status is 1 if a slope fails outside of its tolerance, 2 if a run fails or there is no
+lmp. The script needs numpy, and matplotlib for --plot and --figure.
 """
 
 import os
@@ -50,7 +52,7 @@ def log_spiral(beta, phi):
 
 
 def failure(curve):
-    """gamma H/c where the settlement of the crest has become RATE times as fast."""
+    """Returns gamma H/c where the movement has become RATE times as fast."""
     number, settlement = curve[:, 0], curve[:, 1]
     middle = 0.5 * (number[1:] + number[:-1])
     rate = np.diff(settlement) / np.diff(number)
@@ -95,9 +97,38 @@ def draw(path, results):
     figure.savefig(path, dpi=80)
 
 
+def plot(beta, phi, path="slope.png"):
+    """Draws the files of in.slope in the present folder and prints the weight at failure."""
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import plot_fields
+
+    curve, frame = np.loadtxt("curve.slope"), dumps.last_frame("fields.slope")
+    # at first the ground settles from its in-situ stress
+    number, bound = failure(curve[len(curve) // 10:]), log_spiral(beta, phi)
+    print(f"failure at gamma H/c = {number:.2f}, log spiral {bound:.2f}, ratio {number / bound:.2f}")
+    figure, axes = plt.subplots(1, 2, figsize=(11, 3.8), constrained_layout=True, width_ratios=(1, 1.4))
+    axes[0].semilogy(curve[1:, 0], curve[1:, 1])
+    axes[0].plot(number, np.interp(number, *curve.T), "o", color="C0", label=f"failure, γH/c = {number:.1f}")
+    axes[0].axvline(bound, color="black", linewidth=0.8, label=f"log spiral, γH/c = {bound:.1f}")
+    axes[0].set(xlabel="γH/c", ylabel="largest displacement / H")
+    axes[0].legend(frameon=False)
+    plot_fields.field(axes[1], frame, "eps_q", cmap="viridis")
+    figure.savefig(path, dpi=90)
+    print("wrote", path)
+
+
 def main():
     parser = harness.new_parser(__doc__, short="two slopes on the coarse grid", figure=True)
     parser.add_argument("--waves", type=float, default=120, help="duration of the loading, in times that a wave takes along the ground (default: 120)")
+    parser.add_argument("--plot", action="store_true", help="draw curve.slope and fields.slope of in.slope")
+    parser.add_argument("--beta", type=float, default=45, help="angle of the slope of --plot [degrees]")
+    parser.add_argument("--phi", type=float, default=20, help="friction angle of the slope of --plot [degrees]")
+    plotted = parser.parse_args()
+    if plotted.plot:
+        plot(plotted.beta, plotted.phi)
+        return
     options = harness.parse_arguments(parser, __file__)
     slopes, grids = (SHORT_SLOPES, (COARSE,)) if options.short else (SLOPES, (COARSE, FINE))
     results = [run(options, beta, phi, n) for beta, phi in slopes for n in grids]

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Curves of the triaxial specimen, and the deviatoric strain in its middle plane.
+"""Draws the files of in.triaxial_specimen and study.triaxial_specimen: curves, and the deviatoric strain in the middle plane.
 
-    python3 plot_triaxial_specimen.py                      of curve.rough and fields.rough, and of smooth where they are
-    python3 plot_triaxial_specimen.py --check rough smooth prints the numbers and says by its exit status whether they are physical
+    python3 plot_triaxial_specimen.py                      curve.rough and fields.rough (in.triaxial_specimen writes them), and smooth if they exist
+    python3 plot_triaxial_specimen.py rough                these only
+    python3 plot_triaxial_specimen.py --check rough smooth prints the numbers; the exit status is 0 if they are physical
 
 Needs numpy, for pictures matplotlib.
 """
