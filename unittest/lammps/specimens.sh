@@ -9,8 +9,10 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/$example.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 
+script=study.$example
+[ -f "$folder/$script" ] || script=in.$example
 # run <options of lmp...>
-run() { "$lmp" -in "$folder/in.$example" -var device cpu "$@" > run.out 2>&1 ||
+run() { "$lmp" -in "$folder/$script" -var device cpu "$@" > run.out 2>&1 ||
   { tail -20 run.out; exit 1; }; }
 check() { "$python" "$folder/plot_$example.py" --check "$@"; }
 

@@ -1,0 +1,53 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
+# Runs the scripts of one screen of the boundary-value examples on coarse grids and checks their
+# last results against the range that the README of the example states for finer ones.
+#
+#   example_scripts.sh <lmp> <examples>
+set -eu
+lmp=$1 examples=$2
+work=$(mktemp -d "${TMPDIR:-/tmp}/example_scripts.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+mkdir "$work/run"
+ln -s "$examples/packings" "$work/packings"
+cd "$work/run"
+
+# run <example> <options of lmp...>: its output goes to run.out
+run() {
+  example=$1
+  shift
+  "$lmp" -in "$examples/$example/in.$example" "$@" > run.out 2>&1 ||
+    { tail -20 run.out; echo "FAILED: $example $*"; exit 1; }
+}
+# within <value> <least> <largest> <what>
+within() {
+  awk -v value="$1" -v least="$2" -v largest="$3" \
+    'BEGIN {exit value >= least && value <= largest ? 0 : 1}' ||
+    { echo "FAILED: $4 is $1, not from $2 to $3"; exit 1; }
+  echo "ok $4: $1"
+}
+# largest <file> <column>
+largest() { awk -v column="$2" '!/^#/ && $column > most {most = $column} END {print most}' "$1"; }
+
+# The pressure is above the surcharge and below the load with the peak friction of disks (README).
+run footing -var h 0.5 -var grains 100 -var settlement 0.1
+within "$(largest curve.footing 2)" 50e3 285e3 "pressure on the footing [Pa]"
+
+run retaining_wall -var h 0.5 -var duration 1
+within "$(sed -n 's/^K = \([0-9.]*\), Rankine.*/\1/p' run.out)" 0.33 0.40 "active K, Rankine 0.351"
+
+# At 0.8 of the weight of limit analysis the slope stands, at 24 it has moved.
+run slope
+within "$(awk '!/^#/ && $1 < 13 {moved = $2} END {print moved}' curve.slope)" 0 0.005 \
+  "movement of the slope before failure"
+within "$(largest curve.slope 2)" 0.05 0.2 "movement of the slope after failure"
+
+run column_collapse -var h 0.2
+within "$(awk '/^Loop time/ {exit} $1 ~ /^[0-9]+$/ {last = $3} END {print last}' run.out)" 0.8 1.8 \
+  "run-out of the column"
+
+run biaxial_specimen -var h 0.25 -var strain 0.03
+within "$(largest curve.smooth 3)" 0.38 0.5 "peak of (s1 - s3) / (s1 + s3)"
+
+run triaxial_specimen -var h 0.5 -var strain 0.03
+within "$(largest curve.rough 3)" 1.0 1.5 "peak of q/p"
