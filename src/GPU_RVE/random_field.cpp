@@ -269,7 +269,7 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
 /// Rank 0 samples the field and broadcasts it, and each rank evaluates it at its atoms. This is
 /// faster than sampling it on each rank, and the memory for the Fourier transform is needed only
-/// once (doc/src/random_field.rst has the numbers).
+/// once (doc/src/dev_numerics.rst has the numbers).
 void RandomField::command(int narg, char **arg)
 {
   if (domain->box_exist == 0)
