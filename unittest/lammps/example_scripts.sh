@@ -46,7 +46,7 @@ run column_collapse -var h 0.2
 within "$(awk '/^Loop time/ {exit} $1 ~ /^[0-9]+$/ {last = $3} END {print last}' run.out)" 0.8 1.8 \
   "run-out of the column"
 
-run biaxial_specimen -var h 0.25 -var strain 0.03
+run biaxial_specimen -var h 0.2 -var strain 0.03
 within "$(largest curve.smooth 3)" 0.38 0.5 "peak of (s1 - s3) / (s1 + s3)"
 
 run triaxial_specimen -var h 0.5 -var strain 0.03
