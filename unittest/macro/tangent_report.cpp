@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Prints the tables of doc/src/compute_rve_tangent.rst about tangents by probing: errors as a
+// Prints the tables of doc/src/dev_numerics.rst about tangents by probing: errors as a
 // function of the size of the probe in each number format, and the parameters on which a loading
 // tangent depends. It takes half a minute.
 

@@ -44,7 +44,7 @@ struct TangentOptions {
   double damping = 0.7;       ///< local damping of clones [-]
 
   /// Options with the least error by rounding and nonlinearity in a number format
-  /// (doc/src/compute_rve_tangent.rst).
+  /// (doc/src/dev_numerics.rst).
   static TangentOptions of(rve::Format format, TangentKind kind);
   /// Throws InputError if an option is out of range. `what` is the start of the message.
   void check(const std::string &what) const;
