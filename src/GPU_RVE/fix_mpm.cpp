@@ -70,7 +70,7 @@ int FixMpm::setmask()
   return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;
 }
 
-/// Checks the styles that the script can define after this fix.
+/// Checks the settings and fixes that the script can define after this fix.
 void FixMpm::init()
 {
   if (update->whichflag == 2)

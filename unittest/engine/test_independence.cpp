@@ -75,7 +75,7 @@ TEST_P(EveryFormat, ForcedRebuildDoesNotChangeABit)
 
   RveState state = paper_packing();
   for (int call = 0; call < 20;
-       ++call) {    // every call begins with a new list, or an old one in another order
+       ++call) {    // every call begins without a valid list and with the pairs in another order
     RveRig rig(without_list(with_shuffled_list(state)), cpu_options(GetParam()));
     work_out(rig, 1);
     state = rig.state();
@@ -144,7 +144,7 @@ TEST_P(EveryFormat, RestartContinuesBitForBit)
 
   EXPECT_GT(uninterrupted.result().counters.rebuilds, rebuilds);
   EXPECT_TRUE(same_answer(continued.result(), uninterrupted.result()));
-  // The whole states agree, with the list and all counters.
+  // The whole states agree, including the Verlet list and all counters.
   EXPECT_EQ(serialize(continued.state()), serialize(uninterrupted.state()));
 }
 

@@ -77,8 +77,9 @@ TEST(LooseCloud, GrainsDoNotTouchAndFillTheAskedFraction)
 TEST(LooseCloud, IsTheSameForASeedOnEveryMachine)
 {
   PackingRecipe recipe = paper_recipe(10, 20e3);
-  // For this seed, the C++ standard specifies number 10000 of the generator. Every generator that
-  // meets the standard therefore gives the same numbers.
+  // For this seed, the C++ standard specifies the 10000th number that std::mt19937_64 returns.
+  // Every generator that meets the standard therefore returns the same numbers. The first number
+  // is 14514284786278117030.
   recipe.seed = 5489;
 
   const RveState cloud = loose_cloud(recipe);
@@ -145,7 +146,8 @@ TEST(Packing, StressRatioBeyondTheStrengthIsNamed)
             std::string::npos);
 }
 
-// In SI units, the default thickness of 1 m makes disks so soft that they would fill the plane.
+// The force between disks grows with the thickness, but their stiffness does not. With the default
+// thickness of 1 m, the overlaps would be so large that the disks would fill the plane.
 TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
 {
   const auto engine = cpu_engine();
@@ -163,9 +165,9 @@ TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
             0u);
 }
 
-// The limit of the contact strain applies to p h / k_n, with the pressure p, the thickness h and
-// the stiffness k_n. Except for a factor near one, this ratio is the mean overlap divided by the
-// diameter.
+// The contact strain is p h / k_n, with the pressure p [stress], the thickness h [length] and the
+// stiffness k_n [force/length]. The mean overlap divided by the mean diameter must be 0.6 to 1.1 of
+// the contact strain.
 TEST(Packing, ContactStrainIsAboutTheMeanOverlap)
 {
   for (const double pressure : {1e4, 5e5}) {
@@ -223,8 +225,8 @@ TEST(Packing, FrictionlessPreparationLeavesNoTangentialForce)
   for (const Pair &pair : packing.pairs) EXPECT_EQ(pair.tangential_force, 0.0);
 }
 
-// The preparation runs without rolling resistance, which is part of the final material. Grains at
-// rest stay at rest when it is added.
+// The final material has rolling resistance, but the preparation runs without it. Grains at rest
+// stay at rest when the rolling resistance is added.
 TEST(Packing, RollingResistanceIsAddedAfterThePreparation)
 {
   PackingRecipe recipe = paper_recipe(100, 20e3);
@@ -258,8 +260,8 @@ TEST(Packing, PreparationWithMoreThanTheFinalFrictionIsStable)
 TEST(Packing, VoidRatioLiesInTheRangeOfTheReferencePackings)
 {
   const auto engine = cpu_engine();
-  // The standard deviation over seeds is 0.003. Rate and servo gain change the mean by less than
-  // 0.001.
+  // The void ratio has a standard deviation of 0.003 over seeds. The compression rate and the servo
+  // gain change the mean by less than 0.001.
   const auto mean_void_ratio = [&](double pressure) {
     constexpr int SEEDS = 6;
     PackingRecipe recipe = paper_recipe(400, pressure);
@@ -271,7 +273,7 @@ TEST(Packing, VoidRatioLiesInTheRangeOfTheReferencePackings)
   };
 
   EXPECT_NEAR(mean_void_ratio(20e3), 0.187, 0.006);     // SudoDEM2D: 0.181 to 0.193
-  EXPECT_NEAR(mean_void_ratio(100e3), 0.165, 0.005);    // 0.160 to 0.170
+  EXPECT_NEAR(mean_void_ratio(100e3), 0.165, 0.005);    // SudoDEM2D: 0.160 to 0.170
 }
 
 TEST(Packing, IsTheSameForAnyNumberOfThreads)
@@ -346,7 +348,7 @@ TEST(Packing, DenserTargetIsMetByOverconsolidation)
   // target.
   PackingRecipe recipe = paper_recipe(400, 20e3);
   const double frictionless = evaluate(*engine, generate_packing(recipe, *engine)).void_ratio;
-  recipe.void_ratio = frictionless - 0.003;    // the tolerance is that of create_rve
+  recipe.void_ratio = frictionless - 0.003;    // more than the default tolerance of 0.002
 
   const Result result = evaluate(*engine, generate_packing(recipe, *engine));
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Tests the bounds of time steps that an engine computes for its RVEs. A computed bound must never
-// exceed the exact bound of the state. If the exact bound is near the requested step, the computed
-// bound must be within a few per cent of the exact bound. The same source is compiled for a CPU
-// and, with RVE_TEST_CUDA, for a GPU.
+// exceed the exact bound of the state, which is stable_time_step(). A computed bound below the
+// requested step (`enough`) must be within a few per cent of the exact bound. The same source is
+// compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 #include "support/packings.h"
@@ -19,8 +19,8 @@ using namespace rve_test;
 
 namespace {
 
-/// Largest allowed ratio of stable_time_step() to the bound. The checks of time steps allow for
-/// this ratio with a margin of 5 %.
+/// Largest allowed ratio of the exact bound to the computed bound [-]. fix rve relies on computed
+/// bounds with an error of at most 5 % and warns of time steps above 0.95 of the stability bound.
 constexpr double LOOSEST = 1.05;
 
 class StabilityBound : public OnDevice {
@@ -32,7 +32,7 @@ class StabilityBound : public OnDevice {
     engine->bound_time_steps({engine->add(state)}, enough, bounds);
     return bounds.at(0);
   }
-  /// Returns the sharpest bound, which the engine computes if the requested step is long.
+  /// Returns the most accurate bound. The engine computes it if the requested step is long.
   double sharp_bound(const RveState &state) const
   {
     return bound(state, 10.0 * stable_time_step(state));
@@ -56,8 +56,9 @@ RveState strained(const RveState &state, const Tensor2 &gradient, double strain)
 
 }    // namespace
 
-// The squared frequency of one contact is k_n (1/m_i + 1/m_j) along the normal. Along the tangent
-// it has additional terms from the rotation of the grains.
+// Two grains with the masses m_i and m_j and one contact with the stiffness k_n have the squared
+// frequency k_n (1/m_i + 1/m_j) along the normal. Along the tangent, the squared frequency is
+// k_t (1/m_i + 1/m_j) and additional terms from the rotation of the grains.
 TEST_P(StabilityBound, IsThatOfOneContact)
 {
   for (const double stiffness : {0.0, 1e5, 1e6}) {
@@ -107,8 +108,8 @@ TEST_P(StabilityBound, IsCloseForAllContactLaws)
 
 TEST_P(StabilityBound, IsCloseForGrainsOfAllSizes)
 {
-  // In a lattice of disks, 30 % of the disks shrink by up to a factor of 20. The others grow by 10
-  // %.
+  // In a lattice of disks, about 30 % of the disks shrink, by a factor of up to 20. The radii of
+  // the other disks grow by 10 %.
   RveState state = triangular_packing(paper_material(), 12, 12, 0.004, 3);
   Random random(5);
   for (const double smallest : {0.5, 0.1, 0.05}) {
@@ -128,8 +129,10 @@ TEST_P(StabilityBound, WithoutContactsIsThatOfTheFirstContact)
   EXPECT_GE(found, exact / LOOSEST);
 }
 
-// A computed bound far above the requested step is allowed to be inaccurate. But it must be below
-// the requested step if and only if the exact bound is below this step.
+// A computed bound far above the requested step is allowed to be inaccurate. But the computed bound
+// must be below the requested step if and only if the exact bound is below the requested step. The
+// requested steps differ by at least 5 % from the exact bound, since the computed bound has an
+// error of up to 5 %.
 TEST_P(StabilityBound, DecidesIfAStepIsStable)
 {
   const RveState state = paper_packing();
@@ -142,7 +145,7 @@ TEST_P(StabilityBound, DecidesIfAStepIsStable)
   for (const double share : {1.05, 1.5}) EXPECT_LT(bound(state, share * exact), share * exact);
 }
 
-// The evaluation changes no state, and its result for an RVE is the same in a batch and alone.
+// The computation of bounds changes no state. The bound of an RVE is the same in a batch and alone.
 TEST_P(StabilityBound, ChangesNothingAndDependsOnNothingElse)
 {
   const auto engine = make_engine(device_options(GetParam()));

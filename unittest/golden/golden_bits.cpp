@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tests that fixed runs give the results of golden_bits.txt to the last bit ("golden bits").
+// Tests that a fixed set of runs gives the results of golden_bits.txt to the last bit ("golden
+// bits").
 //
 //   golden_bits [--device cpu|cuda] [--file FILE] [--only PART]
 //       runs everything with PART in its name, compares the results with the file and prints the
@@ -163,8 +164,8 @@ Arguments arguments_from(int argc, char **argv)
   }
   rve::require(!arguments.renew ||
                    (arguments.device == golden::Device::Cpu && arguments.part.empty()),
-               "golden bits are those of the CPU, and all of them: --renew without --device cuda "
-               "and --only");
+               "golden bits are renewed on the CPU and all together: use --renew without --device "
+               "cuda and without --only");
   return arguments;
 }
 

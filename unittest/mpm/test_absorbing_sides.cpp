@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sides with dashpots after Lysmer & Kuhlemeyer: waves leave through them, no energy returns, and
-// the solver records the absorbed impulse.
+// Tests sides with dashpots after Lysmer & Kuhlemeyer. Waves leave through these sides, no energy
+// returns, and the solver records the absorbed impulse.
 
 #include "scene.h"
 
@@ -25,18 +25,20 @@ constexpr int CELLS = 60;    // number along the bar
 constexpr int WIDTH = 20;    // cells of the pulse
 constexpr double STRAIN = 1e-5;
 
-// Largest share of a wave that a dashpot reflects because the grid is discrete. A chain of lumped
-// masses m = ρ A h with the cell edge h has the impedance ρ c A cos(kh/2) for the wave number k.
-// The dashpot has ρ c A, so it reflects the share tan²(kh/4). Except for one per cent, the spectrum
-// of a pulse sin²(π x/w) of the width w is below k = 4π/w.
+// Largest share of the stress of a pulse that a dashpot reflects because the grid is discrete [-].
+// A chain of lumped masses ρ A h has the impedance ρ c A cos(kh/2), with the density ρ, the wave
+// speed c, the cross-section A, the cell edge h and the wave number k. The dashpot has the
+// impedance ρ c A and reflects the share tan²(kh/4). A pulse sin²(π x/w) of the width w has 99.9 %
+// of its energy below k = 4π/w. The limit is the share at this wave number.
 const double DISCRETISATION = std::pow(std::tan(PI / WIDTH), 2);
 
 enum class End { Free, Fixed, Absorbing, RollerAndDashpots };
 
-/// Returns the stress of a plane pulse after its reflection at a side, divided by its initial
-/// stress and with its sign. The pulse is a shear wave, or a compression wave if it is polarised
-/// along the axis of the bar. `misjudged` is the ratio of the wave speeds of an absorbing side to
-/// those of the bar. The bar is two cells thick.
+/// Sends a plane pulse along a bar to a side. Returns the stress of the reflected pulse divided by
+/// the stress of the initial pulse [-]. The ratio is 1 for a fixed side and -1 for a free side. If
+/// the axis `polarisation` is the axis of the bar, the pulse is a compression wave, otherwise a
+/// shear wave. `misjudged` is the ratio of the wave speeds of the dashpots of an absorbing side to
+/// the wave speeds of the bar. The bar is two cells thick.
 template <int D> double reflected(End end, Face side, int polarisation, double misjudged = 1.0)
 {
   const int along = mpm::axis_of(side);
@@ -110,7 +112,7 @@ double energy(mpm::MpmSolver<2> &solver, mpm_test::Scene &scene)
   return sum;
 }
 
-/// A square of 16 cells with waves of every direction, which its sides absorb.
+/// A square of 16 x 16 cells with waves in all directions and dashpots on all sides.
 struct Square {
   static constexpr int CELLS = 16;
   mpm_test::Scene scene;
@@ -177,7 +179,7 @@ TEST(AbsorbingSide, DashpotsAtARollerAbsorbOnlyShearWaves)
 
 TEST(AbsorbingSide, WrongSpeedsReflectByTheRatioOfImpedances)
 {
-  // Dashpots of n times the impedance reflect (n - 1)/(n + 1) of the stress.
+  // Dashpots of n times the impedance of the bar reflect (n - 1)/(n + 1) of the stress.
   for (const double n : {0.5, 2.0, 4.0}) {
     EXPECT_NEAR(reflected<2>(End::Absorbing, Face::XHi, 0, n), (n - 1.0) / (n + 1.0),
                 DISCRETISATION);
@@ -199,14 +201,14 @@ TEST(AbsorbingSides, AbsorbEnergyAndReturnNone)
   double before = initial;
   for (int step = 1; step <= 4 * crossing; ++step) {
     solver.step(square.scene.view(), {}, dt);
-    if (step % 10 != 0) continue;    // the number of steps for a cell
+    if (step % 10 != 0) continue;    // a compression wave crosses a cell in 10 steps
     const double now = energy(solver, square.scene);
     EXPECT_LT(now, before) << "step " << step;
     before = now;
     if (step % crossing != 0) continue;
     printf("%d crossings: %.1e of the energy is left\n", step / crossing, now / initial);
-    // In each crossing every wave reaches a side at 45 degrees or less. This side reflects less
-    // than half of the energy.
+    // In the time of a crossing, every wave reaches a side with an angle of incidence of at most 45
+    // degrees. This side reflects less than half of the energy.
     EXPECT_LT(now, initial * std::pow(0.5, step / crossing));
   }
 }
@@ -260,7 +262,8 @@ TEST(AbsorbingSides, AreStableUpToACourantNumberOfOneForTheirSpeeds)
       before = now;
     }
     // The dashpots have 2 times the impedance of compression waves and 3.5 times the impedance of
-    // shear waves. They reflect a third and more than a half of the stress.
+    // shear waves. They reflect 1/3 of the stress of compression waves and 0.55 of the stress of
+    // shear waves.
     EXPECT_LT(before, 0.1 * initial);
   }
 }
@@ -290,7 +293,7 @@ TEST(AbsorbingSides, LeaveGroundAtRestUnderTheReactionOfItsStress)
   const double dt = 0.3 * CELL / P_SPEED;
   for (int step = 0; step < 100; ++step) solver.step(square.scene.view(), loads, dt);
 
-  // round-off of 1e-12 of the nodal forces for 100 steps
+  // Velocity after 100 steps if round-off causes a force of 1e-12 of the nodal force.
   const double speed = 1e-12 * PRESSURE * CELL / (0.25 * DENSITY * CELL * CELL) * 100 * dt;
   for (const double v : square.scene.velocity) EXPECT_LT(std::abs(v), 10.0 * speed);
 }
@@ -321,7 +324,8 @@ TEST(AbsorbingSide, TractionOfTwiceTheStressSendsAWaveIntoTheGround)
     loads[0].traction = {{2.0 * DENSITY * P_SPEED * velocity * share, 0.0}};
     solver.step(scene.view(), loads, dt);
   }
-  // The wave has left on the other side, and all points move with its velocity.
+  // The front of the wave has left through the other side. All points have the velocity of the
+  // wave.
   for (int p = 0; p < scene.size(); ++p)
     EXPECT_NEAR(scene.velocity[3 * p], velocity, DISCRETISATION * velocity);
 }

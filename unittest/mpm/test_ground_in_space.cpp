@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The scene of ground_in_space.h: bitwise equal results for any number of threads and ranks and any
-// order of the points, no preferred axis, and balance of forces.
+// Tests the MPM solver with the scene of ground_in_space.h. The results have the same bits for any
+// number of threads and ranks and for any order of the points. No axis is preferred, and momentum
+// is balanced.
 
 #include "ground_in_space.h"
 
@@ -65,7 +66,8 @@ class BitsInSpace : public testing::TestWithParam<Method> {
     return outcome_of(ground, steps);
   }
 
-  /// Expects the reference result if rank_of(p, place) distributes the points among `ranks` ranks.
+  /// Expects the reference result on `ranks` ranks. rank_of(p, x) returns the rank of point p with
+  /// the position x.
   template <class RankOf>
   void expect_of_ranks(const Outcome &reference, int ranks, const RankOf &rank_of,
                        int steps = STEPS)
@@ -114,8 +116,8 @@ TEST_P(BitsInSpace, DoNotDependOnTheNumberOfThreads)
 TEST_P(BitsInSpace, DoNotDependOnRanks)
 {
   const Outcome reference = alone();
-  // First the points of each rank are scattered, and one rank has none. Then ranks have slabs
-  // across each axis.
+  // First the points of two ranks are scattered over the ground, and a third rank has no points.
+  // Then the ground is divided among the ranks along z, along x, and finally along x and y.
   expect_of_ranks(reference, 3, [](int p, const double *) { return p * 7 / 3 % 2; });
   expect_of_ranks(reference, 2, [](int, const double *x) {
     return x[2] < GroundInSpace::SURFACE - GroundInSpace::CELL ? 0 : 1;
@@ -128,8 +130,8 @@ TEST_P(BitsInSpace, DoNotDependOnRanks)
   });
 }
 
-/// A face of a body ties two nodes together. The border between two ranks is near a face, so that
-/// one rank has only one of the two tied nodes.
+/// A face of a rigid body couples the two nodes on both sides of it. The border between two ranks
+/// is near such a face, so that one rank has only one of the two coupled nodes.
 TEST_P(BitsInSpace, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 2;
@@ -161,7 +163,8 @@ TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheSameMotion)
     const int axes[][3] = {{1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {0, 1, 2}};
     const double signs[][3] = {{1, 1, 1}, {-1, 1, -1}, {1, -1, 1}, {-1, -1, -1}};
     for (int k = 0; k < 4; ++k) {
-      // Axis a becomes axis to[a] with the sign sign[a]. Mirrors are the coordinate planes.
+      // Axis a becomes axis to[a] with the sign sign[a]. A negative sign mirrors the scene at the
+      // plane through the origin, so that the domain reaches from -hi[a] to -lo[a].
       const int *to = axes[k];
       const double *sign = signs[k];
       const auto turned = [&](const Vec3 &v) {
@@ -212,7 +215,8 @@ TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheSameMotion)
 
       const std::vector<double> position = turned_rows(expected.scene.position);
       const std::vector<double> velocity = turned_rows(expected.scene.velocity);
-      // round-off of 12 steps of velocities of order 0.1 and stresses of order 1e5
+      // The tolerances are the round-off of 12 steps. Velocities are of order 0.1 and stresses of
+      // order 1e5.
       for (std::size_t i = 0; i < position.size(); ++i) {
         ASSERT_NEAR(found.scene.position[i], position[i], 1e-12) << "exchange " << k;
         ASSERT_NEAR(found.scene.velocity[i], velocity[i], 1e-10) << "exchange " << k;
@@ -229,7 +233,7 @@ TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheSameMotion)
 TEST(BalanceInSpace, MomentumChangesByGravityTractionsAndReactions)
 {
   for (const double flip : {1.0, 0.6})
-    for (const int kind : {0, 1, 2}) {    // kinds of bodies: rough, smooth, smooth and round
+    for (const int kind : {0, 1, 2}) {    // bodies: 0 rough, 1 smooth, 2 both smooth and round
       GroundInSpace ground(
           {Scheme::Musl, ShapeFunction::Gimp, 0.1, flip, kind == 0, true, kind == 2});
       mpm::MpmSolver<3> solver = ground.solver();

@@ -76,8 +76,8 @@ void ScriptArguments::refuse(const std::string &message) const
   lmp->error->all(FLERR, marked, "{}: {}", command, message);
 }
 
-// Returns the keyword and the part, for example "stress samples" for the part "samples" of
-// *stress*. A value before the keywords is named by its part alone.
+// Returns the name of a value for messages: the keyword and the part, for example "stress samples"
+// for the part "samples" of the keyword stress. Before the first keyword, the part is the name.
 std::string ScriptArguments::label(const std::string &part) const
 {
   return current.keyword + (current.keyword.empty() || part.empty() ? "" : " ") + part;
@@ -113,8 +113,8 @@ void ScriptArguments::about(const std::string &subject, bool may_repeat)
   values_at = position;
 }
 
-// Adds the present keyword to `before`. Ends with an error if the subject of the keyword is there
-// already.
+// Adds the present keyword to `before`. If `before` has a keyword with the same subject, this is an
+// error unless the present keyword may repeat.
 void ScriptArguments::end_keyword()
 {
   if (current.keyword.empty()) return;
@@ -272,7 +272,7 @@ int ScriptArguments::groupbit(const std::string &part)
   const int found = lmp->group->find(word);
   if (found < 0) {
     rve::Words groups;
-    for (int g = 0; g < 32; ++g)    // a mask has 32 bits
+    for (int g = 0; g < 32; ++g)    // LAMMPS has at most 32 groups
       if (lmp->group->names[g]) groups.emplace_back(lmp->group->names[g]);
     refuse(fmt::format("{} '{}' does not exist{}", label(part), word,
                        rve::did_you_mean(word, groups, "there are")));

@@ -33,7 +33,7 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
 {
   constexpr double INFINITE = std::numeric_limits<double>::infinity();
   const auto beyond = [](double half) {
-    return std::max(0.0, half - 0.5);    // reach in addition to that of a box of one cell
+    return std::max(0.0, half - 0.5);    // reach beyond a box of one cell on each side [cells]
   };
   const bool asks_points = shape == ShapeFunction::Cpgimp && half_boxes == FROM_POINTS;
   const double beyond_all = shape == ShapeFunction::Cpgimp ? beyond(half_boxes) * grid_.cell_size()
@@ -91,9 +91,12 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
   list_nodes();
 }
 
-/// Returns the nodes that points between `lo` and `hi` [length] can touch. With the coordinate xi
-/// in cells, weights reach from node floor(xi) - 1 to floor(xi) + 2 (support_of). Loads on faces at
-/// most half a cell away have three rows between floor(xi) - 1 and floor(xi) + 3 (ScatterLoad).
+/// Returns the nodes that points between `lo` and `hi` [length] can touch. The weights of a point
+/// with the coordinate xi [cells] reach from node floor(xi) - 1 to floor(xi) + 2 (support_of). A
+/// load on a face of the point acts on three successive nodes along the normal (ScatterLoad). If
+/// the face is at most half a cell away from xi, the first of the three nodes is between
+/// floor(xi) - 1 and floor(xi) + 1, and the last is at most floor(xi) + 3. find() moves `lo` and
+/// `hi` outwards for larger boxes of points.
 template <int D> NodeBox<D> SharedNodes<D>::box_around(const double *lo, const double *hi) const
 {
   for (int a = 0; a < D; ++a)
@@ -128,7 +131,8 @@ template <int D> NodeBox<D> SharedNodes<D>::to_hold(int rank) const
   return wider(needed(rank), margin);
 }
 
-/// Checks the boxes of all ranks, so that all ranks throw together.
+/// Throws rve::InputError if a rank would hold too many nodes. Each rank checks the boxes of all
+/// ranks, so that all ranks throw together.
 template <int D> void SharedNodes<D>::require_capacity() const
 {
   for (int rank = 0; rank < communication_.ranks; ++rank) {
@@ -152,8 +156,8 @@ template <int D> void SharedNodes<D>::require_capacity() const
   }
 }
 
-/// Chooses another part if the present one lacks needed nodes, or if it is more than twice as large
-/// as necessary. Nodes beyond the needed box take time and memory.
+/// Chooses another part of the grid if the present part lacks needed nodes, or if it has more than
+/// twice as many nodes as to_hold() returns. Nodes beyond the needed box take time and memory.
 template <int D> void SharedNodes<D>::choose_part()
 {
   const NodeBox<D> box = needed(communication_.rank);

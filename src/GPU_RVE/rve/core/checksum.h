@@ -8,8 +8,8 @@
 
 namespace rve {
 
-/// FNV-1a checksum of 64 bits. Each byte maps different sums to different sums, so that a change of
-/// one byte always changes the checksum.
+/// FNV-1a checksum of 64 bits. Different bytes turn one sum into different sums, and equal bytes
+/// keep different sums different. A change of one byte therefore always changes the checksum.
 class Checksum {
  public:
   void add(const void *data, std::size_t size)
