@@ -1,14 +1,14 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Runs the scripts of the how-to pages unchanged, with small packings if the page has a variable for
-# them, and checks the statements of the pages.
+# Runs the scripts of the how-to pages and of two tutorials unchanged, with small packings if the
+# script has a variable for them, and checks the statements of the pages.
 #
 #   howto.sh <lmp> <examples/howto>
 set -eu
 lmp=$1 examples=$2
 work=$(mktemp -d "${TMPDIR:-/tmp}/howto.XXXXXX")
 trap 'rm -rf "$work"' EXIT
-cp "$examples"/in.* "$work"
+cp "$examples"/in.* "$examples"/../getting_started/in.* "$work"
 cd "$work"
 
 # run <script> <options...>: its output goes to run.out
@@ -66,3 +66,44 @@ within "$(moved 1.6)" 0.05 10 "motion beyond it [m]"
 run in.grains -var grains 50
 keep_last
 within "$(last 2)" 0.25 0.5 "q/p of eight packings"
+
+# Spheres: the sides are held at 100 kPa, and in plane strain yy is the intermediate stress.
+run in.spheres -var grains 100 -var steps 100
+keep_last
+within "$(last 4)" -102e3 -98e3 "syy of triaxial compression"
+run in.spheres -var grains 100 -var steps 100 -var test plane_strain
+keep_last
+within "$(last 3)" -102e3 -98e3 "sxx in plane strain"
+within "$(last 4)" -250e3 -120e3 "syy in plane strain"
+
+# The torque of the sand over its force is the lever arm above the foot of the wall.
+run in.wall -var h 0.5 -var grains 50 -var steps 500
+keep_last
+within "$(last 5)" 0.10 0.30 "K of a wall that leans away from the sand"
+within "$(last 6)" 0.5 1.0 "lever arm of its force [m]"
+run in.pile -var grains 50 -var steps 500
+keep_last
+within "$(last 2)" 0.0999 0.1001 "depth of the tip of a pile [m]"
+within "$(last 3)" 1e5 5e5 "pressure on it"
+
+# With a large shear stress the loose packing fails first.
+run in.cyclic_shear -var grains 100 -var seeds 1 -var ratio 0.25 -var cycles 5
+cycles() { sed -n "s/^packing $1: .*, \(.*\) cycles, .*/\1/p" run.out; }
+within "$(cycles 1)" 0.5 3 "cycles of a loose packing"
+within "$(cycles 2)" 3 5 "cycles of a denser packing"
+
+run in.isotropic_state -var grains 100 -var seeds 2
+keep_last
+within "$(last 3)" 0 1e-5 "largest q/p of spheres without shear stress"
+run in.isotropic_state -var shape disk -var grains 100 -var seeds 2
+keep_last
+within "$(last 3)" 0 5e-3 "largest q/p of disks without shear stress"
+
+run in.free_surface -var a 0.5 -var grains 50
+keep_last
+within "$(last 2)" 0 0.01 "displacement of a slope of 20 degrees [m]"
+within "$(last 4)" 0 0 "RVEs without contacts"
+
+run in.softness -var E 7e8 -var grains 50 -var seeds 2 -var steps 100
+ratio=$(sed -n 's/^E = .* is \(.*\) +- .*/\1/p' run.out)
+within "$ratio" 1.1 1.6 "q/p of soft spheres"
