@@ -46,6 +46,12 @@
 //                              elastic energy of the springs
 //   released(history)          elastic energy of the springs in the history, which is lost when
 //                              the contact opens
+//   sliding_resistance(force)  SlidingResistance of the contact with this force. WithRolling of
+//                              rolling_friction.h needs it and share_at() for spheres, and calls
+//                              both with `twisting marshall`
+//   share_at(depth)            product of the tangential stiffness and d R at a relative depth d/R,
+//                              divided by its value at d/R = 1, where d is the overlap and R the
+//                              reduced radius. The argument is a Real or a double
 //   spring_force(site)        normal force of the springs alone: for the overlap limit, and for
 //                              states without an engine
 //   force_scale(site)         sum of the magnitudes of spring force and attraction, which have
