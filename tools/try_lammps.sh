@@ -85,8 +85,8 @@ first           getting_started         lmp -in in.first
 element         getting_started         lmp -in in.element && lmp -in in.element_continued
 problem         getting_started         lmp -in in.problem && lmp -in in.problem_continued
 spheres         getting_started         lmp -in in.spheres -var grains 100 -var steps 50
-wall            getting_started         lmp -in in.wall -var h 0.5 -var grains 50 -var steps 200
-pile            getting_started         lmp -in in.pile -var grains 50 -var steps 200
+wall            getting_started         lmp -in in.wall -var h 0.5 -var grains 50 -var duration 0.4
+pile            getting_started         lmp -in in.pile -var grains 50 -var duration 0.08
 cyclic_shear    howto                   lmp -in in.cyclic_shear -var grains 100 -var seeds 1 -var ratio 0.25 -var cycles 3
 isotropic_state howto                   lmp -in in.isotropic_state -var grains 100 -var seeds 2
 free_surface    howto                   lmp -in in.free_surface -var a 0.5 -var grains 50 -var time 0.2

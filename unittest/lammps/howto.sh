@@ -77,11 +77,11 @@ within "$(last 3)" -102e3 -98e3 "sxx in plane strain"
 within "$(last 4)" -250e3 -120e3 "syy in plane strain"
 
 # The torque of the sand over its force is the lever arm above the foot of the wall.
-run in.wall -var h 0.5 -var grains 50 -var steps 500
+run in.wall -var h 0.5 -var grains 50 -var duration 1
 keep_last
 within "$(last 5)" 0.10 0.30 "K of a wall that leans away from the sand"
 within "$(last 6)" 0.5 1.0 "lever arm of its force [m]"
-run in.pile -var grains 50 -var steps 500
+run in.pile -var grains 50 -var duration 0.2
 keep_last
 within "$(last 2)" 0.0999 0.1001 "depth of the tip of a pile [m]"
 within "$(last 3)" 1e5 5e5 "pressure on it"
