@@ -4,21 +4,25 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Callable
+import pathlib
+import re
+import tempfile
+from typing import Any, Callable, Mapping
 
 import numpy as np
 
+from . import _packing_text
 from ._arrays import integer
-from ._library import check, doubles, ffi, lib, saved_by, words
+from ._library import Error, check, doubles, ffi, lib, saved_by, words
 
 
 class Packing:
     """A periodic packing of disks (dimension 2) or spheres (dimension 3).
 
-    :meth:`read`, :meth:`create` and :meth:`Batch.packing` make packings. Parameters of the material
-    are read and set by their keywords, those of the LAMMPS command create_rve:
-    ``packing["friction"] = 0.3``. An unknown keyword or a value out of range raises :class:`Error`.
-    Pickling keeps the exact state.
+    :meth:`read`, :meth:`create`, :meth:`from_arrays` and :meth:`Batch.packing` make packings.
+    Parameters of the material are read and set by their keywords, those of the LAMMPS command
+    create_rve: ``packing["friction"] = 0.3``. An unknown keyword or a value out of range raises
+    :class:`Error`. Pickling keeps the exact state.
 
     Arrays have N grains, C contacts and the dimension D. They are copies: changes of an array
     do not change the packing.
@@ -56,6 +60,93 @@ class Packing:
         recipe = {**recipe, "radius_min": radius[0], "radius_max": radius[1]}
         check(lib.rve_packing_create(words(recipe), pointer))
         return cls(pointer[0])
+
+    @classmethod
+    def from_arrays(cls,
+                    cell: Any,
+                    positions: Any,
+                    radii: Any,
+                    material: Mapping[str, float | str],
+                    forces: Mapping[str, Any] | None = None,
+                    *,
+                    origin: Any = None,
+                    velocities: Any = None,
+                    spins: Any = None,
+                    wrap: bool = False,
+                    overlap_limit: float = 0.5) -> Packing:
+        """Makes a packing of grains from elsewhere. The normal forces follow from the positions.
+
+        A left-handed or oblique cell is replaced by a right-handed, reduced cell of the same
+        lattice; grains do not turn.
+
+        :param cell: cell matrix (D, D) whose columns are the cell vectors, or the edges (D) of a
+            box; D is 2 for disks and 3 for spheres [length]
+        :param positions: centres (N, D) [length]
+        :param radii: (N) [length]
+        :param material: ``kn``, ``density``, ``friction``, ``contact``, ...: keywords and defaults
+            of the LAMMPS command create_rve
+        :param forces: contacts with a tangential force, as :meth:`contacts` returns: ``grains``
+            (C, 2), numbers from 0, and ``force`` (C, D) on the first grain [force]. Only the part
+            across the normal counts. For disks ``force`` may also have numbers (C) along
+            (-n_y, n_x), with n from the first to the second grain. Default: no tangential forces
+        :param origin: corner of the cell (D) [length]; default: 0
+        :param velocities: peculiar (N, D) [length/time]; default: 0
+        :param spins: (N), of spheres (N, 3) [1/time]; default: 0
+        :param wrap: True: grains may be in any periodic image; False: a centre may be outside the
+            cell by at most its radius
+        :param overlap_limit: largest overlap over the smaller radius [-]
+        :raises Error: a number is not finite, a shape is wrong, a radius is not positive, a grain
+            is outside the cell, an overlap is above the limit, a tangential force belongs to grains
+            that do not touch, the cell is too narrow, the mean velocity is not 0, or a parameter of
+            the material is unknown or out of range
+        """
+        return cls._from_arrays(cell, positions, radii, material, forces, origin, velocities, spins,
+                                wrap, overlap_limit, lambda i: f"grain {i} (counted from 0)")
+
+    @classmethod
+    def _from_arrays(cls, cell: Any, positions: Any, radii: Any, material: Mapping[str, Any],
+                     forces: Any, origin: Any, velocities: Any, spins: Any, wrap: bool,
+                     overlap_limit: float, name: Callable[[int], str]) -> Packing:
+        """Does the work of :meth:`from_arrays`; `name` returns the name of a grain in messages."""
+        text, seen = _packing_text, _packing_text.cell_matrix(cell)
+        h, d = text.reduced_cell(seen), len(seen)
+        x = text.given(positions, "positions", "length", (-1, d))
+        n = len(x)
+        r = text.given(radii, "radii", "length", (n,))
+        if n == 0:
+            raise Error("positions has 0 grains; it must have at least 1")
+        if r.min() <= 0.0:
+            i = int(np.argmin(r))
+            raise Error(f"the radius of {name(i)} is {r[i]} [length]; it must be greater than 0")
+        corner = text.given(np.zeros(d) if origin is None else origin, "origin", "length", (d,))
+        v = text.given(
+            np.zeros((n, d)) if velocities is None else velocities, "velocities", "length/time",
+            (n, d))
+        of_spins = (n,) if d == 2 else (n, 3)
+        w = text.given(np.zeros(of_spins) if spins is None else spins, "spins", "1/time", of_spins)
+        if not wrap:
+            text.require_inside(seen, x, r, corner, name)
+        s = text.fractions_of(h, x, corner)
+        text.require_apart(s, name)
+
+        def packing(history: list) -> Packing:
+            with tempfile.TemporaryDirectory() as folder:
+                file = pathlib.Path(folder) / "packing"
+                file.write_text(text.packing_text(h, s, r, material, v, w, history))
+                try:
+                    return cls.read(file)
+                except Error as error:
+                    # The message begins with the name of the temporary file, often with a line.
+                    message = re.sub(r"^(:\d+)?:? *", "", str(error).replace(str(file), "", 1))
+                    raise Error(f"the packing {message}" if message.startswith("has ") else message
+                               ) from None
+
+        made = packing([])
+        contacts = made.contacts()
+        text.require_small_overlaps(contacts, r, overlap_limit, name)
+        if forces is None:
+            return made
+        return packing(text.tangential_forces(contacts, r, forces, name))
 
     @classmethod
     def read_library(cls, file: str | os.PathLike) -> list[Packing]:
