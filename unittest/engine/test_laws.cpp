@@ -370,8 +370,9 @@ template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
     EXPECT_EQ(stiffness.twisting > 0.0, Law::has_rolling && Law::D == 3);
     // A law without constant moduli may be linear at large overlaps. Its stiffness at the smallest
     // overlap must differ from that at the full overlap.
-    if (Law::has_constant_moduli || share == SMALLEST_SHARE)
+    if (Law::has_constant_moduli || share == SMALLEST_SHARE) {
       EXPECT_EQ(stiffness.normal == most.normal, Law::has_constant_moduli);
+    }
     EXPECT_LE(stiffness.normal, most.normal);
     EXPECT_LE(stiffness.tangential, most.tangential);
     EXPECT_LE(viscosity.largest(), most_viscous.largest());
