@@ -98,6 +98,7 @@ soils           howto                   lmp -in in.soils -var grains 50
 stress_paths    howto                   lmp -in in.stress_paths
 pictures        pictures                lmp -in in.pictures -var steps 10 -var frames 1
 restart         restart                 lmp -in in.press && lmp -in in.continue && for file in points.*; do awk '$2 != 2' "$file" > "soil.$file" && rm "$file"; done
+job             restart                 lmp -in in.job && lmp -in in.job -var from restart_one && for file in points.*; do awk '$2 != 2' "$file" > "soil.$file" && rm "$file"; done
 END
 }
 unknown=0
@@ -132,7 +133,7 @@ run_examples() {
 # compare <folder of examples> <folder of the reference>: prints names of those whose files differ
 compare() {
   short_runs | while read -r name folder command; do
-    diff -rq -x 'log.*' -x '*.restart*' -x '*.png' "$1/$name" \
+    diff -rq -x 'log.*' -x '*.restart*' -x 'restart_*' -x '*.png' "$1/$name" \
       "$2/$name" > "$1/$name.differences" 2>&1 || echo "$name"
   done
 }

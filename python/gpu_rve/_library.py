@@ -56,7 +56,8 @@ def _load() -> tuple[Any, Any]:
             )
         return ffi, lib
     missing = [str(path) for places in _places() for path in places if not path.exists()]
-    raise ImportError("librve was not found; tried " + ", ".join(dict.fromkeys(missing)))
+    raise ImportError("missing: " + ", ".join(dict.fromkeys(missing)) +
+                      "; GPU_RVE_LIBRARY names librve.so, which needs librve.h in its folder")
 
 
 ffi, lib = _load()

@@ -97,7 +97,7 @@ def _run(
 
 def _curves(batch: Batch, f: np.ndarray, values: dict[str, np.ndarray], statuses: np.ndarray,
             strain: np.ndarray) -> Curves:
-    return Curves(strain=strain,
+    return Curves(strain=strain + 0.0,    # 0 instead of -0
                   p=values["p"],
                   q=values["q"],
                   volumetric_strain=np.log(np.linalg.det(f)),

@@ -10,7 +10,7 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/restart_example.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/restart"
 ln -s "$examples/packings" "$work/packings"
-cp "$examples"/restart/in.* "$examples/restart/fixes" "$examples/restart/results" "$work/restart"
+cp "$examples"/restart/in.* "$examples/restart/ground" "$examples/restart/fixes" "$examples/restart/results" "$work/restart"
 cd "$work/restart"
 
 # run <name of the log> <options>
@@ -44,4 +44,16 @@ first=$(awk '/^ *Step / {getline; print $1; exit}' again.log)
 [ "$first" = 150 ] || [ "$first" = 100 ] || { echo "continued from step $first"; exit 1; }
 cmp points.whole points.again
 cmp grains.whole.rve grains.again.rve
-echo "equal: one run, two halves, and a run that is continued from step $first"
+
+# in.job continues by itself after SIGTERM, which arrives when the first restart file exists.
+"$lmp" -in in.job -log job.log > job.out 2>&1 &
+job=$!
+while [ ! -s restart_one ] && kill -0 $job 2> /dev/null; do sleep 0.1; done
+kill -TERM $job 2> /dev/null || true
+if wait $job; then echo "SIGTERM did not end in.job"; exit 1; fi
+grep "SIGTERM ended the run" job.log
+from=$(ls -t restart_one restart_two 2> /dev/null | head -n 1)
+run continued -in in.job -var from "$from"
+cmp points.whole points.job
+cmp grains.whole.rve grains.job.rve
+echo "equal: one run, two halves, a job that is interrupted, and a run that is continued from step $first"
