@@ -64,16 +64,16 @@ install(FILES "${CMAKE_CURRENT_LIST_DIR}/FindFFTW3.cmake" DESTINATION "${GPU_RVE
 # have left in it.
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples" DESTINATION "${GPU_RVE_INSTALL_DATADIR}" COMPONENT lmp FILES_MATCHING
   REGEX "/(__pycache__|out|study|small|ensemble|controls|[^/]*\\.out)$" EXCLUDE
-  REGEX "/(in\\.[^/]*|log\\.[0-9][^/]*|[^/]*\\.(md|py|sh|paths|ipynb|json|xml))$"
+  REGEX "/((in|study)\\.[^/]*|log\\.[0-9][^/]*|[^/]*\\.(md|py|sh|paths|ipynb|json|xml))$"
   REGEX "/umat/[^/]*\\.cpp$"
-  REGEX "/restart/(fixes|results)$"
+  REGEX "/restart/(fixes|ground|results)$"
   REGEX "/packings/[^/]*\\.rve$"
   REGEX "/(reference|element_tests|[^/]*\\.baseline)/[^/]*\\.csv$")
 install(CODE "file(CREATE_LINK examples/packings \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${GPU_RVE_INSTALL_DATADIR}/packings\" SYMBOLIC)"
   COMPONENT lmp)
 # scripts that draw, convert and record the results; the examples find them by the same relative path as in the repository
 set(tools "${PROJECT_SOURCE_DIR}/tools")
-install(FILES "${tools}/bench_records.py" "${tools}/dumps.py" "${tools}/plot_fields.py" "${tools}/plot_instability.py" "${tools}/to_paraview.py" DESTINATION "${GPU_RVE_INSTALL_DATADIR}/tools" COMPONENT lmp)
+install(FILES "${tools}/bench_records.py" "${tools}/dumps.py" "${tools}/import_packing.py" "${tools}/plot_fields.py" "${tools}/plot_instability.py" "${tools}/to_paraview.py" DESTINATION "${GPU_RVE_INSTALL_DATADIR}/tools" COMPONENT lmp)
 install(FILES "${PROJECT_SOURCE_DIR}/README.md" "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
   DESTINATION "${GPU_RVE_INSTALL_DOCDIR}" COMPONENT lmp)
 
