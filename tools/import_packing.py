@@ -26,18 +26,7 @@ def matrix(numbers):
 def material_of(words):
     if len(words) % 2:
         raise gpu_rve.Error(f"the material keyword {words[-1]} has no value")
-    return {
-        keyword: value if keyword == "contact" else float(value) if is_number(value) else value
-        for keyword, value in zip(words[::2], words[1::2])
-    }
-
-
-def is_number(word):
-    try:
-        float(word)
-        return True
-    except ValueError:
-        return False
+    return dict(zip(words[::2], words[1::2]))
 
 
 def new_parser():

@@ -228,30 +228,32 @@ def tangential_forces(contacts: Mapping[str, np.ndarray], radii: np.ndarray, for
 
 def material_lines(material: Mapping[str, float | str], d: int) -> list[str]:
     """Returns the statements of a material from keywords of create_rve, with its defaults."""
-    values = dict(material)
-    law = str(values.pop("contact", "hooke"))
+    law = str(material.get("contact", "hooke"))
     if law not in OF_LAW:
         raise Error(f"contact is '{law}'; it must be hooke, hertz or dmt")
+    values: dict[str, float] = {}
+    for word, value in material.items():
+        if word == "contact":
+            continue
+        try:
+            values[STATEMENTS.get(word, word)] = float(value)
+        except (TypeError, ValueError):
+            raise Error(f"{word} is {value!r}; it must be a number") from None
     for required in (STIFFNESS[law], "density"):
-        if required not in values and STATEMENTS.get(required) not in values:
+        if STATEMENTS.get(required, required) not in values:
             raise Error(
                 f"the material has no {required}; it must have {STIFFNESS[law]} and density")
-    stiffness = values.get("kn", values.get("normal_stiffness"))
-    defaults: dict[str, Any] = dict.fromkeys(COMMON + OF_LAW[law], 0.0)
+    defaults = dict.fromkeys(COMMON + OF_LAW[law], 0.0)
     if law == "hooke":
-        defaults["kt"] = stiffness
-        if float(values.get("rolling_friction", 0.0)) > 0.0:
-            defaults["kr"] = values.get("kt", values.get("tangential_stiffness", stiffness))
+        defaults["kt"] = values["normal_stiffness"]
+        if values.get("rolling_friction", 0.0) > 0.0:
+            defaults["kr"] = values.get("tangential_stiffness", defaults["kt"])
     if d == 2:
         defaults.update(thickness=1.0, mass_depth=1.0)
     named = {STATEMENTS.get(word, word): value for word, value in defaults.items()}
-    for word, value in values.items():
-        try:
-            named[STATEMENTS.get(word, word)] = float(value)
-        except (TypeError, ValueError):
-            raise Error(f"{word} is {value!r}; it must be a number") from None
+    named.update(values)
     return ["material", f"  contact_law {law}"
-           ] + [f"  {word} {float(value)!r}" for word, value in named.items()]
+           ] + [f"  {word} {value!r}" for word, value in named.items()]
 
 
 def packing_text(cell: np.ndarray, fractions: np.ndarray, radii: np.ndarray,
