@@ -6,6 +6,7 @@
 #   example_scripts.sh <lmp> <examples>
 set -eu
 lmp=$1 examples=$2
+. "$(dirname "$0")/checks.sh"
 work=$(mktemp -d "${TMPDIR:-/tmp}/example_scripts.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/run"
@@ -18,13 +19,6 @@ run() {
   shift
   "$lmp" -in "$examples/$example/in.$example" "$@" > run.out 2>&1 ||
     { tail -20 run.out; echo "FAILED: $example $*"; exit 1; }
-}
-# within <value> <least> <largest> <what>
-within() {
-  awk -v value="$1" -v least="$2" -v largest="$3" \
-    'BEGIN {exit value >= least && value <= largest ? 0 : 1}' ||
-    { echo "FAILED: $4 is $1, not from $2 to $3"; exit 1; }
-  echo "ok $4: $1"
 }
 # largest <file> <column>
 largest() { awk -v column="$2" '!/^#/ && $column > most {most = $column} END {print most}' "$1"; }

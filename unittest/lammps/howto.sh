@@ -6,6 +6,7 @@
 #   howto.sh <lmp> <examples/howto>
 set -eu
 lmp=$1 examples=$2
+. "$(dirname "$0")/checks.sh"
 work=$(mktemp -d "${TMPDIR:-/tmp}/howto.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cp "$examples"/in.* "$examples"/../getting_started/in.* "$work"
@@ -18,13 +19,6 @@ run() {
 # last <column>: prints the column of the last row of the last run
 last() { sed '/^Loop time/,$d' run.last | tail -1 | awk -v column="$1" '{print $column}'; }
 keep_last() { awk '/^ *(Step|v_|c_|f_)/ {rows = ""; inside = 1; next} /^Loop time/ {inside = 0} inside && /^ *[-0-9]/ {rows = rows $0 "\n"} END {printf "%s", rows}' run.out > run.last; }
-# within <value> <least> <largest> <what>
-within() {
-  awk -v value="$1" -v least="$2" -v largest="$3" \
-    'BEGIN {exit value >= least && value <= largest ? 0 : 1}' ||
-    { echo "FAILED: $4 is $1, not from $2 to $3"; exit 1; }
-  echo "ok $4: $1"
-}
 
 # Columns: step, F_yy, F_xy, sxx, syy, sxy, p, q/p, void ratio. Stress goals are held within 2 %,
 # volumes exactly.
