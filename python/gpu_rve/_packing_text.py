@@ -250,8 +250,11 @@ def material_lines(material: Mapping[str, float | str], d: int) -> list[str]:
             defaults["kr"] = values.get("tangential_stiffness", defaults["kt"])
     if d == 2:
         defaults.update(thickness=1.0, mass_depth=1.0)
-    named = {STATEMENTS.get(word, word): value for word, value in defaults.items()}
-    named.update(values)
+    # The reader reports the first wrong number, which must be one that the caller gave.
+    named = values | {
+        STATEMENTS.get(word, word): value
+        for word, value in defaults.items() if STATEMENTS.get(word, word) not in values
+    }
     return ["material", f"  contact_law {law}"
            ] + [f"  {word} {value!r}" for word, value in named.items()]
 
