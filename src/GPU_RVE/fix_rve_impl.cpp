@@ -44,11 +44,8 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
   settings.options.device_number = share.rank;
   if (!settings.threads_given) settings.options.threads = share.threads();
   settings.options.log = [fix = fix](const std::string &line) {
-    // one rank compiles the kernels for all ranks of its machine, and only rank 0 has a log file
-    if (fix->comm->me != 0) {
-      std::fprintf(stderr, "fix rve %s: %s\n", fix->id, line.c_str());
-      return;
-    }
+    // all ranks compile the kernels that they need at the same time, and rank 0 has the log file
+    if (fix->comm->me != 0) return;
     utils::logmesg(fix->lmp, fmt::format("fix rve {}: {}\n", fix->id, line));
     utils::flush_buffers(fix->lmp);
   };

@@ -10,15 +10,12 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -252,7 +249,6 @@ TEST(KernelCache, SwitchedOffCacheStoresNothingWithoutAMessage)
   DeviceCode kernel;
   EXPECT_FALSE(cache.load(KEY, kernel));
   EXPECT_EQ(cache.obstacle(), "");
-  EXPECT_FALSE(KernelCache::Turn(cache, KEY).is_mine());
 }
 
 // ---- many processes -----------------------------------------------------------------------------
@@ -276,53 +272,4 @@ TEST_F(KernelCacheProcesses, NeverReadAPartialFile)
   }));
   EXPECT_TRUE(finds());
   EXPECT_EQ(names().size(), 1u);
-}
-
-/// The first process compiles the kernel. The other processes wait and then find the stored kernel.
-TEST_F(KernelCacheProcesses, CompileOneAfterTheOther)
-{
-  const std::string compilations = temporary_path("compilations");
-  fs::remove(compilations);
-  EXPECT_TRUE(end_well(6, [&] {
-    KernelCache cache(folder);
-    DeviceCode kernel;
-    if (!cache.load(KEY, kernel)) {
-      const KernelCache::Turn turn(cache, KEY);
-      if (!cache.load(KEY, kernel)) {
-        std::ofstream(compilations, std::ios::app) << "x" << std::flush;
-        std::this_thread::sleep_for(std::chrono::milliseconds(200));
-        cache.store(KEY, some_kernel());
-      }
-    }
-    return true;
-  }));
-  EXPECT_TRUE(finds());
-  EXPECT_EQ(text_of(compilations), "x");
-  fs::remove(compilations);
-}
-
-TEST_F(KernelCacheProcesses, KilledOrHangingProcessesDoNotBlockOthersForever)
-{
-  int ready[2];
-  ASSERT_EQ(pipe(ready), 0);
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    const KernelCache cache(folder);
-    const KernelCache::Turn turn(cache, KEY);
-    if (::write(ready[1], "x", 1) != 1) _exit(1);
-    for (;;) pause();
-  }
-  char word;
-  ASSERT_EQ(::read(ready[0], &word, 1), 1);
-  const KernelCache cache(folder);
-  // The child holds the turn for this kernel for longer than 0.1 s.
-  EXPECT_FALSE(KernelCache::Turn(cache, KEY, 0.1).is_mine());
-  EXPECT_TRUE(KernelCache::Turn(cache, "another kernel", 0.1).is_mine());
-  kill(child, SIGKILL);
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_TRUE(KernelCache::Turn(cache, KEY).is_mine());
-  close(ready[0]);
-  close(ready[1]);
 }

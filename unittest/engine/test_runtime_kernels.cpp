@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <iterator>
@@ -146,6 +147,45 @@ TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
   compile(relaxed, 90, next);
   EXPECT_EQ(log.size(), 3u);
   std::filesystem::remove_all(folder);
+}
+
+/// Reduced kernels have a key of their own and the same arithmetic: no fused operations.
+TEST_F(RuntimeKernels, WithReducedOptimizationAreOthersInTheCache)
+{
+  if (!Nvrtc::of_this_machine().has_fast_compilation()) GTEST_SKIP() << "needs CUDA 13";
+  const std::string folder = temporary_path("cache");
+  std::filesystem::remove_all(folder);
+  KernelCache cache(folder);
+  const auto reduced = [&] {
+    return compiled_kernel(
+        SMALL, NEWER_THAN_THE_COMPILER, Nvrtc::of_this_machine(), cache,
+        [this](const std::string &line) { log.push_back(line); }, Optimization::Reduced);
+  };
+  const DeviceCode first = reduced(), full = compile(SMALL, NEWER_THAN_THE_COMPILER, cache),
+                   again = reduced();
+  ASSERT_EQ(log.size(), 2u);
+  EXPECT_NE(log[0].find(" without some optimizations in "), std::string::npos) << log[0];
+  EXPECT_EQ(log[1].find(" without some optimizations"), std::string::npos) << log[1];
+  EXPECT_FALSE(first.code == full.code);
+  EXPECT_TRUE(first.code == again.code);
+  for (const char *fused : {"\tfma.rn.f32", "\tadd.f32", "\tmul.f64"})
+    EXPECT_EQ(first.code.find(fused) != std::string::npos,
+              full.code.find(fused) != std::string::npos)
+        << fused;
+  std::filesystem::remove_all(folder);
+}
+
+/// A run can end while a kernel is compiled in the background.
+TEST_F(RuntimeKernels, CompilationCanBeCancelled)
+{
+  const std::atomic<bool> cancelled{true};
+  KernelCache none("");
+  const std::string message = message_of<std::runtime_error>([&] {
+    compiled_kernel(
+        SMALL, 90, Nvrtc::of_this_machine(), none, [](const std::string &) {}, Optimization::Full,
+        &cancelled);
+  });
+  EXPECT_NE(message.find("NVRTC"), std::string::npos) << message;
 }
 
 TEST_F(RuntimeKernels, FailureToStoreThemIsReported)

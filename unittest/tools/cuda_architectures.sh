@@ -4,6 +4,7 @@
 #
 #   sh cuda_architectures.sh <source folder> [cmake]
 set -eu
+unset GPU_RVE_OPTIONS GPU_RVE_PRESET    # the set-up reads them
 source=$1
 cmake=${2:-cmake}
 work=$(mktemp -d)

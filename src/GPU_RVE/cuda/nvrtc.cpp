@@ -15,6 +15,12 @@ namespace {
   using Program = void *;
   constexpr int SUCCESS = 0, BUILTINS_MISSING = 7;    ///< values of nvrtcResult
 
+  /// Flow callback of NVRTC.
+  int is_cancelled(void *cancelled, void *)
+  {
+    return *static_cast<const std::atomic<bool> *>(cancelled) ? 1 : 0;
+  }
+
   std::string file_of(void *library)
   {
     link_map *map = nullptr;
@@ -43,6 +49,8 @@ struct Nvrtc::Functions {
   int (*ptx_size)(Program, std::size_t *) = nullptr;
   int (*ptx)(Program, char *) = nullptr;
   const char *(*words)(int) = nullptr;
+  /// Sets a function that cancels the compilation if it returns 1; null before CUDA 12.8.
+  int (*set_flow_callback)(Program, int (*)(void *, void *), void *) = nullptr;
 
   template <class Function> bool find(Function &function, const char *name)
   {
@@ -52,6 +60,7 @@ struct Nvrtc::Functions {
 
   bool find_all()
   {
+    find(set_flow_callback, "nvrtcSetFlowCallback");
     return find(version, "nvrtcVersion") && find(num_architectures, "nvrtcGetNumSupportedArchs") &&
         find(architectures, "nvrtcGetSupportedArchs") && find(create, "nvrtcCreateProgram") &&
         find(destroy, "nvrtcDestroyProgram") && find(add_name, "nvrtcAddNameExpression") &&
@@ -98,9 +107,9 @@ Nvrtc::Nvrtc(const std::vector<std::string> &libraries) : functions_(new Functio
         "to LD_LIBRARY_PATH";
     return;
   }
-  int major = 0, minor = 0;
-  functions_->version(&major, &minor);
-  identity_ = std::to_string(major) + "." + std::to_string(minor);
+  int minor = 0;
+  functions_->version(&major_, &minor);
+  identity_ = std::to_string(major_) + "." + std::to_string(minor);
   struct stat file;
   if (::stat(file_of(functions_->library).c_str(), &file) == 0)
     identity_ += " of " + std::to_string(file.st_size) + " bytes";
@@ -140,7 +149,8 @@ std::string Nvrtc::target_for(int capability) const
 }
 
 DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHeader> &headers,
-                          const std::vector<std::string> &options, const std::string &kernel) const
+                          const std::vector<std::string> &options, const std::string &kernel,
+                          const std::atomic<bool> *cancelled) const
 {
   const Functions &nvrtc = *functions_;
   std::vector<const char *> names, texts, words;
@@ -156,6 +166,10 @@ DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHea
   const auto destroy = [&nvrtc](Program *owned) { nvrtc.destroy(owned); };
   const std::unique_ptr<Program, decltype(destroy)> owner(&program, destroy);
   nvrtc.check(nvrtc.add_name(program, kernel.c_str()), "name of a kernel");
+  if (cancelled && nvrtc.set_flow_callback)
+    nvrtc.check(
+        nvrtc.set_flow_callback(program, is_cancelled, const_cast<std::atomic<bool> *>(cancelled)),
+        "cancellation");
 
   const int result = nvrtc.compile(program, static_cast<int>(words.size()), words.data());
   if (result != SUCCESS) {

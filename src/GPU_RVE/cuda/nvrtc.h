@@ -4,6 +4,7 @@
 
 #pragma once
 
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -48,15 +49,20 @@ class Nvrtc {
   /// architecture up to `capability`.
   std::string target_for(int capability) const;
 
+  /// Returns true if the compiler has the option --Ofast-compile (CUDA 13 and newer).
+  bool has_fast_compilation() const { return major_ >= 13; }
+
   /// Compiles the kernel with the C++ name `kernel`. Throws std::runtime_error with the message of
-  /// the compiler.
+  /// the compiler, or if another thread sets `cancelled`. Several threads can compile at once.
   DeviceCode compile(const std::string &source, const std::vector<DeviceHeader> &headers,
-                     const std::vector<std::string> &options, const std::string &kernel) const;
+                     const std::vector<std::string> &options, const std::string &kernel,
+                     const std::atomic<bool> *cancelled = nullptr) const;
 
  private:
   struct Functions;
   Functions *functions_;
   std::string obstacle_, identity_;
+  int major_ = 0;    ///< of the version
 };
 
 }    // namespace rve

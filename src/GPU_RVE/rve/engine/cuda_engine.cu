@@ -4,15 +4,19 @@
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
 #include "rve/core/error.h"
+#include "rve/core/wall_time.h"
 #include "rve/engine/batch_engine.h"
+#include "rve/engine/cuda_device_states.cuh"
 #include "rve/engine/cuda_increments.cuh"
 #include "rve/engine/cuda_launch_plan.cuh"
 #include "rve/engine/cuda_turn.cuh"
 #include "rve/engine/cuda_variants.h"
 #include "rve/engine/device_calls.h"
+#include "rve/engine/host_calls.h"
 #include "rve/engine/runtime_kernels.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 namespace rve {
@@ -229,15 +233,10 @@ namespace {
       call.mean = kStepsAhead;
       call.pair_capacity = this->pair_capacity(num_grains);
       call.variant = this->usual_variant();
-      const LaunchPlan &plan = plans.plan_for(call);
-      const std::size_t count = num_rves;
-      return count *
-          (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord<D>) + sizeof(int) +
-           sizeof(DetailRecord<D>) + BYTES_PLANNED +
-           256 /* an RVE begins at a multiple of that */) +
-          static_cast<std::size_t>(std::min(num_rves, plan.blocks)) *
-          (aligned(plan.sizes.workspace) + plan.overflow_size) +
-          kSlack;
+      return plans.bytes_of(call) + kSlack +
+          static_cast<std::size_t>(num_rves) *
+          (sizeof(RveHandle) + sizeof(SteeringRecord<D>) + sizeof(int) + sizeof(DetailRecord<D>) +
+           BYTES_PLANNED + 256 /* an RVE begins at a multiple of that */);
     }
 
    protected:
@@ -267,52 +266,27 @@ namespace {
     void put_device_state(int rve, const DeviceState &device_state) override
     {
       use_device();
-      if (rve >= static_cast<int>(device_states.size())) device_states.resize(rve + 1);
-      Placed &placed = device_states[rve];
-      placed.size = device_state.bytes.size();
-      placed.handle = {arena.allocate(placed.size), device_state.num_grains,
-                       device_state.extra_capacity};
-      device_states_moved = true;
-      check_cuda(cudaMemcpy(placed.handle.device_state, device_state.bytes.data(), placed.size,
-                            cudaMemcpyHostToDevice),
-                 "upload of an RVE");
+      device_states.put(rve, device_state);
     }
 
     DeviceState get_device_state(int rve) const override
     {
       use_device();
-      const Placed &placed = device_states[rve];
-      DeviceState device_state{placed.handle.num_grains, placed.handle.extra_capacity,
-                               std::vector<char>(placed.size)};
-      check_cuda(cudaMemcpy(device_state.bytes.data(), placed.handle.device_state, placed.size,
-                            cudaMemcpyDeviceToHost),
-                 "download of an RVE");
-      return device_state;
+      return device_states.get(rve);
     }
 
-    void drop_device_state(int rve) override
-    {
-      arena.release(device_states[rve].handle.device_state, device_states[rve].size);
-      device_states[rve] = Placed();
-      device_states_moved = true;
-    }
+    void drop_device_state(int rve) override { device_states.drop(rve); }
 
     void put_header(int rve, const StateHeader<D> &header) override
     {
       use_device();
-      check_cuda(cudaMemcpy(device_states[rve].handle.device_state, &header, sizeof(header),
-                            cudaMemcpyHostToDevice),
-                 "upload of a header");
+      device_states.put_header(rve, header);
     }
 
     StateHeader<D> get_header(int rve) const override
     {
       use_device();
-      StateHeader<D> header;
-      check_cuda(cudaMemcpy(&header, device_states[rve].handle.device_state, sizeof(header),
-                            cudaMemcpyDeviceToHost),
-                 "download of a header");
-      return header;
+      return device_states.template get_header<D>(rve);
     }
 
     void turn_device_states(const std::vector<int> &rves,
@@ -325,7 +299,7 @@ namespace {
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
       TurnRecord<D> *turns = turn_buffer.host_array(count);
       for (std::size_t k = 0; k < count; ++k) {
-        turns[k].rve = device_states[rves[k]].handle;
+        turns[k].rve = device_states.handle(rves[k]);
         store_tensor(rotations[k], turns[k].rotation);
       }
       launch_turns({turn_buffer.send(count), static_cast<int>(count), nullptr, nullptr});
@@ -339,6 +313,7 @@ namespace {
 
     Answers begin_launch(const Call &call) override
     {
+      if (is_for_host(call)) return evaluate_on_host(call);
       use_device();
       LaunchRecord<D> record;
       record.drives = call.drives;
@@ -361,6 +336,33 @@ namespace {
     }
 
    private:
+    /// Returns true if the host makes a call, which gives the same bits. The host evaluates RVEs
+    /// whose kernel has not been compiled yet: most runs need it for a few evaluations only, such
+    /// as those of the stable time step, and its compilation takes up to half a minute. If
+    /// evaluations on the host have taken as long as a compilation, the kernel is compiled.
+    bool is_for_host(const Call &call) const
+    {
+      constexpr double compilation = 10.0;    // [seconds]
+      return call.longest == 0 && options.arithmetic == Arithmetic::Strict &&
+          host_seconds < compilation && !plans.has_kernel(call);
+    }
+
+    /// Evaluates the RVEs of a call on the host. An evaluation can renew the list of an RVE, so the
+    /// device states are copied to the host and back.
+    Answers evaluate_on_host(const Call &call)
+    {
+      const auto begin = WallClock::now();
+      if (!host) host = std::make_unique<HostCalls<D>>(options.format, options.threads);
+      const Answers answers = host->template run<Answers>(call, [&](int k, const auto &advance) {
+        const int rve = (*call.rves)[k];
+        DeviceState device_state = get_device_state(rve);
+        advance(device_state.bytes.data());
+        device_states.replace(rve, device_state);
+      });
+      host_seconds += seconds_since(begin);
+      return answers;
+    }
+
     static int num_details(const Call &call)
     {
       return call.num_details > 0 ? call.num_details : call.num_rves;
@@ -575,11 +577,6 @@ namespace {
       return steering_buffer.send(count);
     }
 
-    struct Placed {
-      RveHandle handle = {};
-      std::size_t size = 0;
-    };
-
     void use_device() const
     {
       check_cuda(cudaSetDevice(options.device_number), "choice of the device");
@@ -590,13 +587,13 @@ namespace {
     const RveHandle *handles_of(const std::vector<int> &rves)
     {
       const bool is_call = device_call && &rves == &device_call->rves;
-      if (!device_states_moved && ((is_call && handled_call) || rves == handled))
+      if (!device_states.have_moved && ((is_call && handled_call) || rves == handled))
         return handle_buffer.reserve(rves.size());
       handled_call = false;
       RveHandle *handles = handle_buffer.host_array(rves.size());
-      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = device_states[rves[k]].handle;
+      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = device_states.handle(rves[k]);
       handled = rves;
-      device_states_moved = false;
+      device_states.have_moved = false;
       return handle_buffer.send(rves.size());
     }
 
@@ -610,11 +607,11 @@ namespace {
     const bool compiles;    ///< CudaDevice::compiles
     const cudaDeviceProp device;
     const CudaVariants variants;
-    DeviceArena arena;
-    std::vector<Placed> device_states;
+    CudaDeviceStates device_states;
     LaunchPlans plans{device, variants, options.block_size};
-    bool device_states_moved = true;    ///< true if handles must be uploaded again
-    std::vector<int> handled;           ///< RVEs whose handles are on the device
+    std::unique_ptr<HostCalls<D>> host;    ///< evaluations on the host, see is_for_host()
+    double host_seconds = 0.0;             ///< wall time of these evaluations [seconds]
+    std::vector<int> handled;              ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
     DeviceBuffer<SteeringRecord<D>> steering_buffer;
     DeviceBuffer<SteeredModes<D>> modes_buffer;

@@ -42,6 +42,7 @@ struct LaunchPlan {
   bool waits = false;               ///< true if the kernel can be launched early
   std::size_t dynamic = 0;          ///< dynamic shared memory [bytes]
   std::size_t overflow_size = 0;    ///< workspace for what shared memory cannot hold [bytes]
+  bool is_final = false;            ///< false if a faster kernel is being compiled
   int share_on_chip = 0;            ///< carveout of shared memory, for both kernels [percent]
 };
 
@@ -61,9 +62,8 @@ class LaunchPlans {
     const CallKind kind{fills_device(call), call.with_details && has_lean_kernels(call.variant),
                         call.largest,       call.pair_capacity,
                         steps_ahead,        call.variant};
-    auto found = plans.find(kind);
-    if (found == plans.end()) found = plans.emplace(kind, plan_of(call, steps_ahead)).first;
-    const LaunchPlan &plan = found->second;
+    LaunchPlan &plan = plans[kind];
+    if (!plan.is_final) plan = plan_of(call, steps_ahead);
     if (&plan == plan_in_use) return plan;
     plan_in_use = nullptr;
     check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
@@ -78,6 +78,32 @@ class LaunchPlans {
                  "division of the on-chip memory");
     plan_in_use = &plan;
     return plan;
+  }
+
+  /// Returns the device memory of a call for workspaces and prepared calls, without its kernels
+  /// [bytes]. The number of resident blocks is an upper bound.
+  std::size_t bytes_of(const CallShape &call) const
+  {
+    const KernelVariant variant = variants.usable(call.variant);
+    const Residency residency = residency_of(call, variant);
+    const BlockShape shape = *variants.shape(variant, residency);
+    const KernelSizes sizes = variants.sizes(variant, residency, call.largest, call.pair_capacity,
+                                             steps_to_prepare(call));
+    const std::size_t most = device.sharedMemPerBlockOptin - kReservedOnChip;
+    const std::size_t overflow = sizes.shared > most ? sizes.shared : sizes.beside;
+    const int by_threads = device.maxThreadsPerMultiProcessor / block_size(shape, call.largest),
+              by_memory = static_cast<int>(device.sharedMemPerMultiprocessor /
+                                           (std::min(sizes.shared, most) + kReservedOnChip)),
+              blocks = std::max(1, std::min(by_threads, by_memory)) * device.multiProcessorCount;
+    return call.num_rves * sizes.prepared +
+        std::min(call.num_rves, blocks) * (aligned(sizes.workspace) + aligned(overflow));
+  }
+
+  /// Returns true if plan_for() neither compiles nor loads the RVE kernel of a call.
+  bool has_kernel(const CallShape &call) const
+  {
+    const KernelVariant variant = variants.usable(call.variant);
+    return variants.is_at_hand(variant, residency_of(call, variant));
   }
 
  private:
@@ -101,7 +127,9 @@ class LaunchPlans {
     cudaFuncAttributes attributes;
     std::size_t most = 0;    // largest dynamic shared memory of a launch
     const auto plan_with = [&](Residency residency) {
-      plan.kernel = variants.advance(variant, residency);
+      const RuntimeKernel kernel = variants.advance(variant, residency);
+      plan.kernel = kernel.function;
+      plan.is_final = kernel.is_final;
       plan.block = block_size(*variants.shape(variant, residency), call.largest);
       plan.sizes =
           variants.sizes(variant, residency, call.largest, call.pair_capacity, plan.steps_ahead);

@@ -112,22 +112,23 @@ std::optional<BlockShape> CudaVariants::shape(KernelVariant variant, Residency r
   return has ? std::optional<BlockShape>(shape) : std::nullopt;
 }
 
-const void *CudaVariants::advance(KernelVariant variant, Residency residency) const
+RuntimeKernel CudaVariants::advance(KernelVariant variant, Residency residency) const
 {
   const int index = static_cast<int>(residency);
-  return of(variant).ahead ? of(variant).kernels.kernel[index] : compiled(ADVANCE[index], variant);
+  return of(variant).ahead ? RuntimeKernel{of(variant).kernels.kernel[index], true}
+                           : compiled(ADVANCE[index], variant);
 }
 
 bool CudaVariants::is_at_hand(KernelVariant variant, Residency residency) const
 {
   const char *kernel = ADVANCE[static_cast<int>(residency)];
-  return of(variant).ahead || is_loaded({kernel, variant, format, arithmetic}, capability);
+  return of(variant).ahead || rve::is_at_hand({kernel, variant, format, arithmetic}, capability);
 }
 
 const void *CudaVariants::prepare(KernelVariant variant) const
 {
   const KernelVariant like = of(variant).prepared_like;
-  return of(like).ahead ? of(like).kernels.prepare : compiled("prepare_calls", like);
+  return of(like).ahead ? of(like).kernels.prepare : compiled("prepare_calls", like).function;
 }
 
 KernelSizes CudaVariants::sizes(KernelVariant variant, Residency residency, int num_grains,
@@ -136,7 +137,7 @@ KernelSizes CudaVariants::sizes(KernelVariant variant, Residency residency, int 
   return of(variant).sizes(residency, num_grains, pair_capacity, steps_ahead);
 }
 
-const void *CudaVariants::compiled(const char *kernel, KernelVariant variant) const
+RuntimeKernel CudaVariants::compiled(const char *kernel, KernelVariant variant) const
 {
   return runtime_kernel({kernel, variant, format, arithmetic}, capability, log);
 }

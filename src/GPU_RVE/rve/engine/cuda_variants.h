@@ -7,6 +7,7 @@
 #include "rve/engine/cuda_kernels.h"
 #include "rve/engine/kernel_variants.h"
 #include "rve/engine/options.h"
+#include "rve/engine/runtime_kernels.h"
 
 #include <array>
 #include <functional>
@@ -56,9 +57,10 @@ class CudaVariants {
   /// advance() and prepare() return a kernel of a usable variant for cudaLaunchKernelExC: the
   /// address of a function with the parameters (LaunchRecord, BatchConstants), or a handle of the
   /// function.
-  const void *advance(KernelVariant variant, Residency residency) const;
+  /// RuntimeKernel::is_final is true if advance() will always return this kernel.
+  RuntimeKernel advance(KernelVariant variant, Residency residency) const;
   const void *prepare(KernelVariant variant) const;
-  /// Returns true if advance() can return the kernel without compiling or loading it.
+  /// Returns true if advance() can return the kernel without compiling it.
   bool is_at_hand(KernelVariant variant, Residency residency) const;
 
   KernelSizes sizes(KernelVariant variant, Residency residency, int num_grains, int pair_capacity,
@@ -82,7 +84,7 @@ class CudaVariants {
 
   template <class Numbers, Format, Arithmetic> void fill();
   const Entry &of(KernelVariant variant) const { return entries[static_cast<int>(variant)]; }
-  const void *compiled(const char *kernel, KernelVariant variant) const;
+  RuntimeKernel compiled(const char *kernel, KernelVariant variant) const;
 };
 
 }    // namespace rve

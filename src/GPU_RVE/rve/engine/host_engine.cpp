@@ -1,43 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/host_engine.h"
 
-#include "rve/core/error.h"
-#include "rve/core/first_error.h"
 #include "rve/core/threads.h"
 #include "rve/engine/batch_engine.h"
-#include "rve/engine/host_kernels.h"
+#include "rve/engine/host_calls.h"
 
 #include <algorithm>
 #include <cstring>
 #include <fstream>
-#include <omp.h>
 #include <sstream>
 
 namespace rve {
 
 namespace {
-
-  bool has_x86_64_v3()
-  {
-#if defined(RVE_WITH_X86_64_V3)
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-        __builtin_cpu_supports("bmi2");
-#else
-    return false;
-#endif
-  }
-
-  template <int D> HostKernel<D> choose_kernel(Format format)
-  {
-#if defined(RVE_WITH_X86_64_V3)
-    if (has_x86_64_v3()) return host_kernel<InstructionSet::v3, D>(format);
-#endif
-#if defined(RVE_WITHOUT_BASELINE)
-    throw InputError("this build with sanitizers requires a CPU with AVX2, FMA and BMI2");
-#else
-    return host_kernel<InstructionSet::baseline, D>(format);
-#endif
-  }
 
   /// Returns the memory that programs can allocate without swapping [bytes], estimated by the Linux
   /// kernel; 0 if it is unknown.
@@ -53,18 +28,6 @@ namespace {
     return 0;
   }
 
-  /// Memory of one thread, reused for all its RVEs.
-  struct ThreadMemory {
-    std::vector<char> shared, workspace;
-
-    HostWorkspace prepare(const HostWorkspaceSizes &sizes, int pair_capacity)
-    {
-      if (shared.size() < sizes.shared) shared.resize(sizes.shared);
-      if (workspace.size() < sizes.workspace) workspace.resize(sizes.workspace);
-      return {shared.data(), workspace.data(), pair_capacity};
-    }
-  };
-
   template <int D> class HostEngine final : public BatchEngine<D> {
     using Base = BatchEngine<D>;
     using Base::memory_layout;
@@ -74,15 +37,14 @@ namespace {
 
    public:
     explicit HostEngine(const Options &options_in) :
-        Base(options_in), kernel(choose_kernel<D>(options_in.format)),
-        num_threads(options_in.threads > 0 ? options_in.threads : omp_get_max_threads()),
-        memory(num_threads)
+        Base(options_in), calls(options_in.format, options_in.threads)
     {
     }
 
     std::string description() const override
     {
-      return std::to_string(num_threads) + " CPU thread" + (num_threads == 1 ? "" : "s") + " (" +
+      const int threads = calls.num_threads();
+      return std::to_string(threads) + " CPU thread" + (threads == 1 ? "" : "s") + " (" +
           (has_x86_64_v3() ? "x86-64-v3" : "baseline") + "), " + to_string(options.format) +
           ", strict";
     }
@@ -91,8 +53,8 @@ namespace {
     {
       if (num_rves == 0) return 0;
       const HostWorkspaceSizes sizes =
-          kernel.workspace_sizes(num_grains, this->pair_capacity(num_grains), memory_layout);
-      return static_cast<std::size_t>(std::min(num_threads, num_rves)) *
+          calls.workspace_sizes(num_grains, this->pair_capacity(num_grains), memory_layout);
+      return static_cast<std::size_t>(std::min(calls.num_threads(), num_rves)) *
           (sizes.shared + sizes.workspace) +
           static_cast<std::size_t>(num_rves) *
           (Base::BYTES_PER_ANSWER + sizeof(DeviceState) + sizeof(DriveRecord<D>) +
@@ -137,7 +99,7 @@ namespace {
                             const std::vector<Tensor<double, D>> &rotations) override
     {
       const int count = static_cast<int>(rves.size());
-#pragma omp parallel for num_threads(team_for(count, num_threads))
+#pragma omp parallel for num_threads(team_for(count, calls.num_threads()))
       for (int k = 0; k < count; ++k)
         turn_device_state(options.format, device_states[rves[k]], rotations[k], memory_layout);
     }
@@ -150,42 +112,15 @@ namespace {
 
     Answers begin_launch(const Call &call) override
     {
-      const int count = call.num_rves;
-      answers.assign(count, AnswerRecord<D>());
-      if (call.with_details)
-        details.assign(call.detail_of ? call.num_details : count, DetailRecord<D>());
-      const auto detail_of = [&](int k) -> DetailRecord<D> * {
-        if (!call.with_details) return nullptr;
-        if (!call.detail_of) return &details[k];
-        const int mine = (*call.detail_of)[k];
-        return mine < 0 ? nullptr : &details[mine];
-      };
-      const HostWorkspaceSizes sizes =
-          kernel.workspace_sizes(call.largest, call.pair_capacity, call.variant);
-      FirstError failed;    // the allocation of a workspace can fail
-#pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
-      for (int m = 0; m < count; ++m) {
-        const int k = call.order ? (*call.order)[m] : m;
-        failed.guard(k, [&] {
-          const HostWorkspace workspace =
-              memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
-          kernel.advance(device_states[(*call.rves)[k]].bytes.data(), call.drives[k],
-                         call.steering.empty() ? nullptr : &call.steering[k], call.constants,
-                         workspace, call.variant, answers[k], detail_of(k));
-        });
-      }
-      failed.rethrow();
-      return {answers.data(), call.with_details ? details.data() : nullptr};
+      return calls.template run<Answers>(call, [&](int k, const auto &advance) {
+        advance(device_states[(*call.rves)[k]].bytes.data());
+      });
     }
 
    private:
-    const HostKernel<D> kernel;
-    const int num_threads;
-    std::vector<ThreadMemory> memory;
+    HostCalls<D> calls;
     std::vector<DeviceState> device_states;
     std::vector<DriveRecord<D>> drives;
-    std::vector<AnswerRecord<D>> answers;
-    std::vector<DetailRecord<D>> details;
   };
 
 }    // namespace

@@ -3,21 +3,17 @@
 
 #include "cuda/cuda_required.h"
 #include "rve/core/checksum.h"
-#include "rve/core/wall_time.h"
 #include "rve/engine/files.h"
 
 #include <cerrno>
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sys/stat.h>
 #include <system_error>
-#include <thread>
 #include <unistd.h>
 #include <utility>
 
@@ -129,36 +125,6 @@ void KernelCache::store(const std::string &key, const DeviceCode &kernel)
   } catch (const InputError &error) {
     obstacle_ = error.what();
   }
-}
-
-KernelCache::Turn::Turn(const KernelCache &cache, const std::string &key, double seconds)
-{
-  if (cache.folder_.empty()) return;
-  const std::string file = cache.folder_ + "/lock";
-  descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  // The lock of a key covers one byte of the file `lock`. The offset of the byte is the hash of the
-  // key. The file stays empty, and no lock files must be removed. The lock belongs to the
-  // descriptor, not to the process, so it also works between threads.
-  struct flock byte = {};
-  byte.l_type = F_WRLCK;
-  byte.l_whence = SEEK_SET;
-  byte.l_start = static_cast<off_t>(checksum_of(key.data(), key.size()) >> 2);    // not negative
-  byte.l_len = 1;
-  // The loop polls the lock, since a blocking wait would have no time limit.
-  const auto begin = WallClock::now();
-  for (;;) {
-    is_mine_ = ::fcntl(descriptor_, F_OFD_SETLK, &byte) == 0;
-    if (is_mine_ || (errno != EAGAIN && errno != EACCES && errno != EINTR) ||
-        seconds_since(begin) > seconds)
-      return;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-}
-
-/// Releases the lock. The operating system also closes the descriptor if the process is killed.
-KernelCache::Turn::~Turn()
-{
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 }    // namespace rve

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Cache of compiled kernels on disk. Later runs and the other ranks of this run find the kernels
-// there.
+// Cache of compiled kernels on disk. Later runs find the kernels there. CUDA has no such cache for
+// NVRTC: its own cache (CUDA_CACHE_PATH) holds only what the driver compiles from PTX.
 //
 // A file of the cache is code that a GPU runs in the name of the user. So the folder must belong to
 // the user, and other users must have no access to it. A folder with another owner or mode is not
@@ -35,23 +35,6 @@ class KernelCache {
   bool load(const std::string &key, DeviceCode &kernel);
 
   void store(const std::string &key, const DeviceCode &kernel);
-
-  /// Lock on a key, held during the lifetime of the object. Another object with the same key waits
-  /// for the lock in its constructor, also in another process. It waits for at most `seconds` and
-  /// then continues without the lock, since the owner of the lock can hang. Without locks in the
-  /// file system it continues at once. Locks of different keys are independent.
-  class Turn {
-   public:
-    Turn(const KernelCache &cache, const std::string &key, double seconds = 300.0);
-    ~Turn();
-    Turn(const Turn &) = delete;
-    Turn &operator=(const Turn &) = delete;
-    bool is_mine() const { return is_mine_; }
-
-   private:
-    int descriptor_ = -1;
-    bool is_mine_ = false;
-  };
 
   /// Returns the name of the file for a key in the folder.
   static std::string file_name(const std::string &key);
