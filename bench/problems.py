@@ -8,8 +8,8 @@ curve.
         --only triaxial_specimen --limit 200
     python3 bench/problems.py --list
 
-All problems take about twelve minutes on one H200. They run one after the other in copies of their
-examples. Rows have the logged wall times, kernels that were compiled at first use, and DEM steps.
+All problems take about fifteen minutes on one H200. They run one after the other in copies of
+their examples. --ranks N runs them on N ranks by mpirun, which is a row of its own. Rows have the logged wall times, kernels that were compiled at first use, and DEM steps.
 --keep FOLDER keeps the output files. A run that takes longer than --limit seconds is ended; it and
 failed runs get no row. Rows of earlier runs stay in the record.
 """
@@ -55,6 +55,9 @@ PROBLEMS = {
                                         "400 -var rate 0.1",
     "footing_3d/strip": f"in.footing_3d {IN_SPACE} -var length 8 -var shape strip",
     "footing_3d/square": f"in.footing_3d {IN_SPACE} -var length 4.6 -var shape square",
+    "footing_3d/steps": f"in.footing_3d {IN_SPACE.replace(FRESH, 'policy fresh')} -var length 4.6 "
+                        f"-var d_end 0.155",
+    "footing_3d/steps_adaptive": f"in.footing_3d {IN_SPACE} -var length 4.6 -var d_end 0.155",
     "footing_3d/circle": f"in.footing_3d {IN_SPACE} -var length 4.6 -var shape circle",
     "biaxial_specimen/smooth": "study.biaxial_specimen -var h 0.025 -var grains 400",
     "biaxial_specimen/rough": "study.biaxial_specimen -var h 0.025 -var grains 400 -var plates rough",
@@ -133,10 +136,11 @@ def row_of(name, arguments, log, seconds, folder):
     }
 
 
-def run(name, program, device, limit, keep):
+def run(name, program, ranks, device, limit, keep):
     """Runs a problem and returns a row, or None if it failed."""
     example = name.split("/")[0]
     arguments = PROBLEMS[name] + f" -var device {device}"
+    front = ["mpirun", "--bind-to", "none", "-np", str(ranks)] if ranks > 1 else []
     with tempfile.TemporaryDirectory() as scratch:
         work = pathlib.Path(scratch) / example
         # The packings are in the neighbouring folder.
@@ -147,7 +151,8 @@ def run(name, program, device, limit, keep):
         start = time.monotonic()
         with open(work / "problem.log", "w", encoding="utf-8") as output:
             try:
-                status = subprocess.run([program, "-in", *shlex.split(arguments), "-log", "none"],
+                command = [*front, program, "-in", *shlex.split(arguments), "-log", "none"]
+                status = subprocess.run(command,
                                         cwd=work,
                                         stdout=output,
                                         stderr=subprocess.STDOUT,
@@ -168,7 +173,10 @@ def run(name, program, device, limit, keep):
         if status != 0:
             print(f"{name}: ended with {status}", *log.splitlines()[-3:], sep="\n  ", flush=True)
             return None
-        return row_of(name, arguments, log, seconds, work)
+        row = row_of(name, arguments, log, seconds, work)
+        if row and ranks > 1:
+            row["case"]["ranks"] = ranks
+        return row
 
 
 def main():
@@ -182,6 +190,7 @@ def main():
                         action="append",
                         help="a problem, or an example with all of its problems")
     parser.add_argument("--device", default="cuda", choices=("cuda", "cpu"))
+    parser.add_argument("--ranks", type=int, default=1, help="MPI ranks")
     parser.add_argument("--limit", type=float, default=600.0, help="seconds of one run")
     parser.add_argument("--keep", type=pathlib.Path, help="a folder for logs, curves and fields")
     parser.add_argument("--list", action="store_true", help="their names, and nothing is run")
@@ -213,8 +222,8 @@ def main():
         record = bench_records.read(arguments.out)
     failed = False
     for name in chosen:
-        row = run(name, (arguments.bin / "lmp").resolve(), arguments.device, arguments.limit,
-                  arguments.keep)
+        row = run(name, (arguments.bin / "lmp").resolve(), arguments.ranks, arguments.device,
+                  arguments.limit, arguments.keep)
         if not row:
             failed = True
             continue
@@ -225,7 +234,7 @@ def main():
               "ms of a step",
               flush=True)
         same = lambda other, case=row["case"]: all(other["case"].get(key) == case.get(key)
-                                                   for key in ("example", "name", "device"))
+                                                   for key in ("example", "name", "device", "ranks"))
         record["rows"] = [other for other in record["rows"] if not same(other)] + [row]
         record["date"] = datetime.date.today().isoformat()
         record["commit"] = row["case"]["commit"]
