@@ -54,15 +54,16 @@ set -- GPU_RVE_CUDA=OFF GPU_RVE_BASELINE_KERNELS=ON "LAMMPS_HEADERS=$headers" \
 for option in ${GPU_RVE_OPTIONS:-}; do
   [ "$option" = "-D" ] || set -- "$@" "${option#-D}"
 done
-for define; do    # each as -C cmake.define.NAME=value
+for define; do
   shift
-  set -- "$@" -C "cmake.define.$define"
+  set -- "$@" "--config-settings=cmake.define.$define"
 done
 rm -f "$folder"/gpu_rve_lammps-*.whl
 linux=$(mktemp -d)
 trap 'rm -rf "$linux"' EXIT
 "$python" -m pip wheel -v --disable-pip-version-check --no-deps --no-build-isolation \
-  -w "$linux" -C "build-dir=$root/build/plugin-wheel-tree" "$@" "$root/python/gpu_rve_lammps" >&2
+  -w "$linux" "--config-settings=build-dir=$root/build/plugin-wheel-tree" "$@" \
+  "$root/python/gpu_rve_lammps" >&2
 
 # Puts libgomp and FFTW into the wheel, and the oldest possible C library into its name. lammps
 # loads the MPI library.
