@@ -11,9 +11,11 @@ include(CMakePackageConfigHelpers)
 
 # ---- programs, libraries ----------------------------------------------------------------------------------------------------------
 if(GPU_RVE_LAMMPS)
+  install(TARGETS gpurveplugin LIBRARY DESTINATION "${GPU_RVE_INSTALL_LIBDIR}" COMPONENT plugin)
+endif()
+if(TARGET lmp)
   # a target keeps its name when it is installed, a file need not; lmp has nothing in it that only holds in the build tree
   install(PROGRAMS "$<TARGET_FILE:lmp>" DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME lmp_gpu_rve COMPONENT lmp)
-  install(TARGETS gpurveplugin LIBRARY DESTINATION "${GPU_RVE_INSTALL_LIBDIR}" COMPONENT plugin)
   install(TARGETS liblammps EXPORT gpu_rve_lammps LIBRARY DESTINATION "${GPU_RVE_INSTALL_LIBDIR}" COMPONENT python)
   if(LAMMPS_PYTHON)
     set(module "${GPU_RVE_INSTALL_LIBDIR}/python/lammps")
@@ -45,7 +47,7 @@ if(GPU_RVE_WITH_CUDA)
 endif()
 install(TARGETS ${libraries} EXPORT gpu_rve_engine ARCHIVE DESTINATION "${GPU_RVE_INSTALL_LIBDIR}" COMPONENT development)
 install(EXPORT gpu_rve_engine NAMESPACE gpu_rve:: DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT development)
-if(GPU_RVE_LAMMPS)
+if(TARGET lmp)
   install(FILES "${LAMMPS_SRC}/library.h" DESTINATION "${GPU_RVE_INSTALL_INCLUDEDIR}/lammps" COMPONENT development)
   install(EXPORT gpu_rve_lammps NAMESPACE gpu_rve:: DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT development)
 endif()
@@ -90,3 +92,8 @@ install(DIRECTORY "${PROJECT_BINARY_DIR}/manual/" DESTINATION "${GPU_RVE_INSTALL
 # The Python package gpu_rve, by pip (pyproject.toml): the library lies beside its modules, with the header that they read.
 install(FILES "$<TARGET_FILE:librve>" DESTINATION gpu_rve RENAME librve.so COMPONENT python_package EXCLUDE_FROM_ALL)
 install(FILES "${PROJECT_SOURCE_DIR}/src/GPU_RVE/capi/librve.h" DESTINATION gpu_rve COMPONENT python_package EXCLUDE_FROM_ALL)
+
+# The Python package gpu_rve_lammps (tools/plugin_wheel.sh)
+if(LAMMPS_HEADERS)
+  install(FILES "$<TARGET_FILE:gpurveplugin>" DESTINATION gpu_rve_lammps COMPONENT python_plugin EXCLUDE_FROM_ALL)
+endif()

@@ -6,12 +6,63 @@
 # headers), LAMMPS_VERSION_NUMBER (yyyymmdd) and defines
 #   lammps_headers   what compiling against LAMMPS needs (include directories, definitions, MPI)
 #   lammps_library   that, and liblammps.a with what it links
+#
+# With LAMMPS_HEADERS, LAMMPS is a program or library of which only the headers are known: LAMMPS is not built, and there are only LAMMPS_SRC,
+# LAMMPS_VERSION_NUMBER and lammps_headers, which suffice for the plugin.
 
 set(LAMMPS_SOURCE_DIR "" CACHE PATH "LAMMPS source tree, 4Feb2025 or newer (empty: tools/get_lammps.sh obtains 4Feb2025)")
+set(LAMMPS_HEADERS "" CACHE PATH "Folder with the headers of a compiled LAMMPS: only the plugin for that LAMMPS is built")
 
 set(LAMMPS_SIZES "" CACHE STRING "Sizes of LAMMPS' integers: smallbig, bigbig; empty: LAMMPS' default, smallbig")
 
 find_package(MPI REQUIRED COMPONENTS CXX)
+
+# Sets LAMMPS_VERSION_NUMBER: "4 Feb 2025" in version.h becomes 20250204, the form in which versions can be compared.
+function(read_lammps_version)
+  file(STRINGS "${LAMMPS_SRC}/version.h" line REGEX "define LAMMPS_VERSION ")
+  if(NOT line MATCHES "\"([0-9]+) ([A-Z][a-z][a-z])[a-z]* ([0-9][0-9][0-9][0-9])\"")
+    message(FATAL_ERROR "no LAMMPS version in ${LAMMPS_SRC}/version.h")
+  endif()
+  set(day "0${CMAKE_MATCH_1}")
+  set(year "${CMAKE_MATCH_3}")
+  string(FIND "JanFebMarAprMayJunJulAugSepOctNovDec" "${CMAKE_MATCH_2}" month)
+  math(EXPR month "101 + ${month} / 3")    # 101..112: the leading 1 keeps the zero, and is cut off below
+  string(REGEX MATCH "..$" day "${day}")
+  string(REGEX MATCH "..$" month "${month}")
+  if("${year}${month}${day}" LESS 20250204)
+    message(FATAL_ERROR "LAMMPS ${year}${month}${day} is too old: 4Feb2025 (20250204) or newer is needed")
+  endif()
+  set(LAMMPS_VERSION_NUMBER "${year}${month}${day}" PARENT_SCOPE)
+endfunction()
+
+# Defines lammps_headers from folders and preprocessor definitions.
+function(add_lammps_headers folders definitions)
+  add_library(lammps_headers INTERFACE)
+  target_compile_features(lammps_headers INTERFACE cxx_std_17)
+  target_compile_definitions(lammps_headers INTERFACE ${definitions} LAMMPS_VERSION_NUMBER=${LAMMPS_VERSION_NUMBER})
+  # SYSTEM: warnings are errors in our code, not in LAMMPS' headers
+  target_include_directories(lammps_headers SYSTEM INTERFACE ${folders})
+  target_link_libraries(lammps_headers INTERFACE MPI::MPI_CXX)
+endfunction()
+
+if(LAMMPS_HEADERS)
+  if(GPU_RVE_TESTS)
+    message(FATAL_ERROR "LAMMPS_HEADERS needs GPU_RVE_TESTS=OFF, since there is no LAMMPS to test with")
+  endif()
+  set(LAMMPS_SRC "${LAMMPS_HEADERS}")
+  if(NOT EXISTS "${LAMMPS_SRC}/version.h")
+    message(FATAL_ERROR "LAMMPS_HEADERS is not a folder with LAMMPS' headers (it needs version.h): ${LAMMPS_SRC}")
+  endif()
+  read_lammps_version()
+  set(sizes smallbig)
+  if(LAMMPS_SIZES)
+    set(sizes "${LAMMPS_SIZES}")
+  endif()
+  string(TOUPPER "LAMMPS_${sizes}" sizes)    # the only definition on which LAMMPS' headers depend
+  add_lammps_headers("${LAMMPS_SRC}" ${sizes})
+  return()
+endif()
+
 find_package(PNG REQUIRED)
 
 if(DEFINED ENV{GPU_RVE_CACHE})
@@ -43,21 +94,7 @@ if(NOT EXISTS "${LAMMPS_PYTHON}/__init__.py")
   set(LAMMPS_PYTHON "")
 endif()
 
-# "4 Feb 2025" in version.h becomes 20250204: the form in which versions can be compared.
-file(STRINGS "${LAMMPS_SRC}/version.h" lammps_version_line REGEX "define LAMMPS_VERSION ")
-if(NOT lammps_version_line MATCHES "\"([0-9]+) ([A-Z][a-z][a-z])[a-z]* ([0-9][0-9][0-9][0-9])\"")
-  message(FATAL_ERROR "no LAMMPS version in ${LAMMPS_SRC}/version.h")
-endif()
-set(lammps_day "0${CMAKE_MATCH_1}")
-set(lammps_year "${CMAKE_MATCH_3}")
-string(FIND "JanFebMarAprMayJunJulAugSepOctNovDec" "${CMAKE_MATCH_2}" lammps_month)
-math(EXPR lammps_month "101 + ${lammps_month} / 3")    # 101..112: the leading 1 keeps the zero, and is cut off below
-string(REGEX MATCH "..$" lammps_day "${lammps_day}")
-string(REGEX MATCH "..$" lammps_month "${lammps_month}")
-set(LAMMPS_VERSION_NUMBER "${lammps_year}${lammps_month}${lammps_day}")
-if(LAMMPS_VERSION_NUMBER LESS 20250204)
-  message(FATAL_ERROR "LAMMPS ${LAMMPS_VERSION_NUMBER} is too old: 4Feb2025 (20250204) or newer is needed")
-endif()
+read_lammps_version()
 
 set(lammps_options
   -D CMAKE_BUILD_TYPE=Release "-D CMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG" -D CMAKE_POSITION_INDEPENDENT_CODE=ON -D BUILD_SHARED_LIBS=OFF
@@ -113,12 +150,7 @@ endif()
 string(REGEX MATCHALL " -D[^ ]+" lammps_definitions "${lammps_command}")
 list(TRANSFORM lammps_definitions REPLACE "^ -D" "")
 
-add_library(lammps_headers INTERFACE)
-target_compile_features(lammps_headers INTERFACE cxx_std_17)
-target_compile_definitions(lammps_headers INTERFACE ${lammps_definitions} LAMMPS_VERSION_NUMBER=${LAMMPS_VERSION_NUMBER})
-# SYSTEM: warnings are errors in our code, not in LAMMPS' headers
-target_include_directories(lammps_headers SYSTEM INTERFACE ${lammps_folders})
-target_link_libraries(lammps_headers INTERFACE MPI::MPI_CXX)
+add_lammps_headers("${lammps_folders}" "${lammps_definitions}")
 
 add_library(lammps_archive STATIC IMPORTED)
 set_target_properties(lammps_archive PROPERTIES IMPORTED_LOCATION "${lammps_built}/liblammps.a")
