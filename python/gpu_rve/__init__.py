@@ -13,11 +13,11 @@ range.
 from . import element_tests
 from ._library import Error, api_version, release
 from .batch import Batch, status_text
-from .packing import Packing
+from .packing import Packing, grains_needed
 from .small_strain import SmallStrainModel, TrialFailed
 
 __all__ = [
     "Batch", "Error", "Packing", "SmallStrainModel", "TrialFailed", "api_version", "element_tests",
-    "release", "status_text"
+    "grains_needed", "release", "status_text"
 ]
 __version__ = release()

@@ -9,7 +9,7 @@ from typing import Any, Callable, Mapping
 import numpy as np
 
 from ._arrays import numbers
-from ._library import Error
+from ._library import Error, lib, saved_by
 
 # Keywords of the material whose statement in a packing file has another name.
 STATEMENTS = {
@@ -226,8 +226,25 @@ def tangential_forces(contacts: Mapping[str, np.ndarray], radii: np.ndarray, for
     return rows
 
 
+def with_contact_keywords(material: Mapping[str, float | str],
+                          d: int) -> Mapping[str, float | str]:
+    """Returns a material whose contact is one word: keywords replace the words of LAMMPS."""
+    contact = str(material.get("contact", "hooke"))
+    if len(contact.split()) < 2:
+        return material
+    pairs = saved_by(lambda words, *space: lib.rve_contact_words(words, d, *space),
+                     contact.encode()).decode().split()
+    keywords = dict(zip(pairs[::2], pairs[1::2]))
+    both = sorted(set(keywords) & set(material) - {"contact"})
+    if both:
+        raise Error(f"contact and {both[0]} exclude each other, because contact also sets {both[0]}"
+                   )
+    return {**material, **keywords}
+
+
 def material_lines(material: Mapping[str, float | str], d: int) -> list[str]:
     """Returns the statements of a material from keywords of create_rve, with its defaults."""
+    material = with_contact_keywords(material, d)
     law = str(material.get("contact", "hooke"))
     if law not in OF_LAW:
         raise Error(f"contact is '{law}'; it must be hooke, hertz or dmt")
@@ -276,7 +293,7 @@ def packing_text(cell: np.ndarray, fractions: np.ndarray, radii: np.ndarray,
         f"{row(spins[i])}" for i in range(len(radii))
     ]
     lines.append(f"contacts {len(history)}")
-    hertz = material.get("contact", "hooke") != "hooke"
+    hertz = not str(material.get("contact", "hooke")).startswith("hooke")
     for i, j, force, radius in history:
         # A line of disks has the rolling force before the contact radius.
         tail = ("" if not hertz else f" 0 {radius!r}" if d == 2 else f" {radius!r}")

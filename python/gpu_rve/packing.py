@@ -16,6 +16,42 @@ from ._arrays import integer
 from ._library import Error, check, doubles, ffi, lib, saved_by, words
 
 
+def _size_words(radius: Any, grading: Any) -> dict[str, str]:
+    """Returns the keyword of a recipe for radii or a grading curve of a caller."""
+
+    def numbers(values: Any, what: str) -> str:
+        try:
+            return " ".join(repr(float(value)) for value in values)
+        except (TypeError, ValueError):
+            raise Error(f"{what} is {values!r}; it must have numbers") from None
+
+    if (radius is None) == (grading is None):
+        raise Error("radius or grading must be given, and not both")
+    if grading is not None:
+        points = np.asarray(grading)
+        if points.ndim != 2 or points.shape[1] != 2:
+            raise Error(f"grading has shape {points.shape}; it must have (n, 2): diameters and "
+                        "percent passing")
+        return {"grading": numbers(points.ravel().tolist(), "grading")}
+    kind, *values = radius if isinstance(radius[0], str) else ("uniform", *radius)
+    return {"radius": f"{kind} {numbers(values, 'radius')}"}
+
+
+def grains_needed(*, shape: str = "disk", radius: Any = None, grading: Any = None) -> int:
+    """Returns the number of grains that represent a distribution of sizes: at least 5 grains have
+    the coarsest tenth of the mass, and a dense packing is at least 2.5 of the largest diameters
+    wide.
+
+    :param shape: "disk" or "sphere"
+    :param radius: as in :meth:`Packing.create` [length]
+    :param grading: as in :meth:`Packing.create`
+    :raises Error: a value is out of range
+    """
+    grains = ffi.new("size_t *")
+    check(lib.rve_grains_needed(words({"shape": shape, **_size_words(radius, grading)}), grains))
+    return int(grains[0])
+
+
 class Packing:
     """A periodic packing of disks (dimension 2) or spheres (dimension 3).
 
@@ -42,23 +78,30 @@ class Packing:
         return cls(pointer[0])
 
     @classmethod
-    def create(cls, *, radius: tuple[float, float], **recipe: float | str) -> Packing:
+    def create(cls, *, radius: Any = None, grading: Any = None, **recipe: float | str) -> Packing:
         """Prepares a packing by compressing a loose cloud to a pressure, on one CPU thread, in
         seconds to minutes.
 
-        :param radius: smallest and largest radius; uniform between them [length]
+        :param radius: smallest and largest radius, uniform between them by number; or
+            ("lognormal", median, sigma, smallest, largest), or ("power_law", exponent, smallest,
+            largest) [length]
+        :param grading: instead of ``radius`` points (n, 2) of a grading curve: diameters [length]
+            and percent passing by mass, log-linear between the points. The last percentage is 100.
+            If the first one is above 0, the fines below the first diameter are cut off.
+            :func:`grains_needed` returns the number of grains that the curve needs
         :param recipe: ``shape`` ("disk" or "sphere"), ``grains``, ``seed``, ``pressure`` [stress],
             ``k0`` (a number [-], or "rest": the ratio at zero lateral strain), ``void_ratio``,
             ``void_ratio_tolerance``, ``friction_prep``, ``damping_prep``, ``tolerance``,
-            ``contact`` ("hooke", "hertz", "dmt"), ``format``, ``device``, ``threads``, and the
-            parameters of the material: ``kn``, ``kt`` [force/length], ``friction``, ``density``
-            [mass/length^3], ``damping``, ...; those of the LAMMPS command create_rve
-        :raises Error: a keyword is unknown or missing, a value is out of range, or the packing
-            cannot be prepared
+            ``contact`` ("hooke", "hertz", "dmt", or the words of LAMMPS, as
+            "hertz/material 7e10 0 0.25 tangential mindlin NULL 0 0.5"), ``format``, ``device``,
+            ``threads``, and the parameters of the material: ``kn``, ``kt`` [force/length],
+            ``friction``, ``density`` [mass/length^3], ``damping``, ...; those of the LAMMPS command
+            create_rve
+        :raises Error: a keyword is unknown or missing, a value is out of range, the ratio of
+            largest to smallest grain is too large, or the packing cannot be prepared
         """
         pointer = ffi.new("rve_packing **")
-        recipe = {**recipe, "radius_min": radius[0], "radius_max": radius[1]}
-        check(lib.rve_packing_create(words(recipe), pointer))
+        check(lib.rve_packing_create(words({**_size_words(radius, grading), **recipe}), pointer))
         return cls(pointer[0])
 
     @classmethod
@@ -84,7 +127,8 @@ class Packing:
         :param positions: centres (N, D) [length]
         :param radii: (N) [length]
         :param material: ``kn``, ``density``, ``friction``, ``contact``, ...: keywords and defaults
-            of the LAMMPS command create_rve
+            of the LAMMPS command create_rve; ``contact`` may have the words of LAMMPS, as
+            "hertz/material 7e10 0 0.25 tangential mindlin NULL 0 0.5"
         :param forces: contacts with a tangential force, as :meth:`contacts` returns: ``grains``
             (C, 2), numbers from 0, and ``force`` (C, D) on the first grain [force]. Only the part
             across the normal counts. For disks ``force`` may also have numbers (C) along
@@ -221,6 +265,36 @@ class Packing:
     def void_ratio(self) -> float:
         """Volume of the cell over that of the grains minus one [-]."""
         return float(lib.rve_packing_void_ratio(self._pointer))
+
+    def diameter_passing(self, percent: float) -> float:
+        """Returns the smallest diameter for which the grains up to this diameter have at least
+        this percentage of the mass of all grains [length].
+
+        :param percent: 0 to 100
+        """
+        diameter = ffi.new("double *")
+        check(lib.rve_packing_diameter(self._pointer, float(percent), diameter))
+        return float(diameter[0])
+
+    @property
+    def d10(self) -> float:
+        """Diameter at 10 percent passing by mass [length]."""
+        return self.diameter_passing(10.0)
+
+    @property
+    def d50(self) -> float:
+        """Diameter at 50 percent passing by mass [length]."""
+        return self.diameter_passing(50.0)
+
+    @property
+    def d60(self) -> float:
+        """Diameter at 60 percent passing by mass [length]."""
+        return self.diameter_passing(60.0)
+
+    @property
+    def uniformity(self) -> float:
+        """Coefficient of uniformity d60/d10 [-]."""
+        return self.d60 / self.d10
 
     def _array(self, name: bytes, *shape: int) -> np.ndarray:
         array = np.empty(shape)

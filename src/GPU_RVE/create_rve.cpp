@@ -23,8 +23,10 @@
 #include "lammps/unit_styles.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
+#include "rve/engine/grading.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
+#include "rve/engine/packing_recipe.h"
 
 #include <algorithm>
 #include <climits>
@@ -47,6 +49,7 @@ struct PackingRequest {
   std::string path;
   int dimension = 2;    ///< dimension of the grains: 2 for disks, 3 for spheres
   rve::PackingRecipe recipe;
+  std::optional<rve::SizeChoice> sizes;    ///< without a value radii are uniform
   std::vector<double> pressures{0.0}, void_ratios, frictions;
   int num_seeds = 0;    ///< number of seeds of a library; 0 without the keyword seeds
   rve::Options options;
@@ -90,6 +93,39 @@ const auto several_numbers = std::mem_fn(&ScriptArguments::numbers);
 
 using Recipe = rve::PackingRecipe;
 
+void read_radius(ScriptArguments &words, PackingRequest &request)
+{
+  enum class Radii { Uniform, Lognormal, PowerLaw };
+  const auto radii = words.choice<Radii>("",
+                                         {{"uniform", Radii::Uniform},
+                                          {"lognormal", Radii::Lognormal},
+                                          {"power_law", Radii::PowerLaw}});
+  const double median = radii == Radii::Lognormal ? words.number("median") : 0.0;
+  const double sigma = radii == Radii::Lognormal ? words.number("sigma") : 0.0;
+  const double exponent = radii == Radii::PowerLaw ? words.number("exponent") : 0.0;
+  const double lo = words.number("lo"), hi = words.number("hi");
+  if (radii == Radii::Uniform) {
+    request.recipe.radius_min = lo;
+    request.recipe.radius_max = hi;
+  } else if (radii == Radii::Lognormal) {
+    request.sizes = rve::LognormalRadii{median, sigma, lo, hi};
+  } else {
+    request.sizes = rve::PowerLawRadii{exponent, lo, hi};
+  }
+}
+
+void read_grading(ScriptArguments &words, PackingRequest &request)
+{
+  const std::vector<double> list = words.numbers();
+  if (list.size() % 2 != 0)
+    words.refuse(fmt::format("grading has {} numbers; it must have pairs of a diameter and the "
+                             "percent passing",
+                             list.size()));
+  rve::GradingCurve curve;
+  for (std::size_t k = 0; k < list.size(); k += 2) curve.push_back({list[k], list[k + 1]});
+  request.sizes = curve;
+}
+
 const ScriptKeyword<PackingRequest> KEYWORDS[] = {
     {"shape", "disk | sphere",
      into(one_of<int>({{"disk", 2}, {"sphere", 3}}), &PackingRequest::dimension)},
@@ -103,13 +139,9 @@ const ScriptKeyword<PackingRequest> KEYWORDS[] = {
        request.recipe.seed = words.whole("first", 0, MAXBIGINT);
        request.num_seeds = words.integer("number", 1);
      }},
-    {"radius", "uniform lo hi",
-     [](ScriptArguments &words, PackingRequest &request) {
-       if (!words.take("uniform"))
-         words.refuse(fmt::format("radius is '{}'; it must be uniform lo hi", words.next()));
-       request.recipe.radius_min = words.number("lo");
-       request.recipe.radius_max = words.number("hi");
-     }},
+    {"radius", "uniform lo hi | lognormal median sigma lo hi | power_law exponent lo hi",
+     read_radius},
+    {"grading", "d1 p1 d2 p2 ...", read_grading},
     {"pressure", "value ...", into(several_numbers, &PackingRequest::pressures)},
     {"k0", "value | rest",
      [](ScriptArguments &words, PackingRequest &request) {
@@ -148,9 +180,14 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
     if (!material.read(words)) words.read(KEYWORDS, request);
   if (words.has("seed") && words.has("seeds"))
     error->all(FLERR, "create_rve: seed and seeds exclude each other");
+  if (words.has("radius") && words.has("grading"))
+    error->all(FLERR,
+               "create_rve: radius and grading exclude each other; both give sizes of grains");
   std::vector<std::string> missing;
   for (const std::string needed : {"radius", "kn", "density", "pressure"})
-    if (!words.has(needed) && !(needed == "kn" && words.has("contact"))) missing.push_back(needed);
+    if (!words.has(needed) && !(needed == "kn" && words.has("contact")) &&
+        !(needed == "radius" && words.has("grading")))
+      missing.push_back(needed);
   if (!missing.empty())
     error->all(FLERR, "create_rve: {} must be given", utils::join_words(missing, ", "));
 
@@ -211,7 +248,7 @@ template <int D> void warn_of_overlap(LAMMPS *lmp, const PackingRequest &request
   if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
   const double kn = recipe.material.normal_stiffness;
   // pressure times this depth is a force per length, which is compared with kn
-  const double depth = D == 2 ? recipe.material.thickness : recipe.radius_min + recipe.radius_max;
+  const double depth = D == 2 ? recipe.material.thickness : 2.0 * rve::mean_radius(recipe);
   const bool is_linear = recipe.material.law == rve::ContactLaw::Linear;
   const std::string why = is_linear
       ? fmt::format(", pressure {} [stress] * {} {} [length] / kn {} [force/length]",
@@ -226,6 +263,44 @@ template <int D> void warn_of_overlap(LAMMPS *lmp, const PackingRequest &request
       "create_rve: grains will overlap by about {} of their diameter{}; above {} a packing is "
       "softer and denser than one of stiff grains: use {}, or a smaller pressure{}",
       rve::number(strain), why, rve::SMALL_CONTACT_STRAIN, remedy, D == 2 ? " or thickness" : "");
+}
+
+/// Sets the sizes of the grains of a grading curve or a distribution, and logs them. Warns if there
+/// are fewer grains than the distribution needs.
+template <int D> void set_sizes(LAMMPS *lmp, PackingRequest &request)
+{
+  if (!request.sizes) return;
+  using Sizes = rve::SizeDistribution;
+  const rve::SizeReport report = rve::set_sizes<D>(request.recipe, *request.sizes);
+  const std::string rule = fmt::format(
+      "{} in the coarsest tenth of the mass, and a cell {} of the largest diameters wide",
+      Sizes::FEWEST_COARSE, rve::number(Sizes::WIDTH_OF_CELL));
+  log_line(lmp,
+           fmt::format("create_rve {}: {} grains with diameters from {} to {} [length] (ratio {}), "
+                       "{} of them in the coarsest tenth of the mass; the distribution needs {} "
+                       "grains\n",
+                       request.path, report.grains, rve::rounded(report.smallest),
+                       rve::rounded(report.largest), rve::rounded(report.largest / report.smallest),
+                       report.coarse, report.needed));
+  if (report.cut_percent > 0.0)
+    log_line(lmp,
+             fmt::format("create_rve {}: fines below {} [length], {} % of the mass, are cut off\n",
+                         request.path, rve::rounded(report.cut_diameter),
+                         rve::rounded(report.cut_percent)));
+  if (report.grains < report.needed)
+    lmp->error->warning(FLERR,
+                        "create_rve: {} grains represent the distribution of sizes poorly; use at "
+                        "least {} grains ({})",
+                        report.grains, report.needed, rule);
+}
+
+/// Returns the grading of a packing for the log.
+template <int D> std::string grading_words(const rve::RveStateOf<D> &state)
+{
+  const rve::Grading grading = rve::grading_of(state.radius, D);
+  return fmt::format("d10 {}, d50 {}, d60 {} [length] by mass, coefficient of uniformity {}",
+                     rve::rounded(grading.d10), rve::rounded(grading.d50),
+                     rve::rounded(grading.d60), rve::rounded(grading.uniformity()));
 }
 
 template <int D>
@@ -251,6 +326,7 @@ void make_packing(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
   utils::logmesg(
       lmp, "create_rve {}: written, void ratio {:.5f}{}\n", request.path, state.void_ratio(),
       request.recipe.at_rest ? fmt::format(", lateral over vertical stress {:.4f}", k0) : "");
+  utils::logmesg(lmp, "create_rve {}: {}\n", request.path, grading_words<D>(state));
 }
 
 /// Prepares all packings in one batch, and logs a line for each packing that is ready.
@@ -313,10 +389,15 @@ void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
                           [](const auto &a, const auto &b) { return a.void_ratio < b.void_ratio; });
   utils::logmesg(lmp, "create_rve {}: written, {} packings, void ratios from {:.5f} to {:.5f}\n",
                  request.path, library.packings.size(), least->void_ratio, most->void_ratio);
+  // all packings have the same grains
+  if (request.sizes)
+    utils::logmesg(lmp, "create_rve {}: {}\n", request.path,
+                   grading_words<D>(library.packings.front()));
 }
 
-template <int D> void make(LAMMPS *lmp, const PackingRequest &request)
+template <int D> void make(LAMMPS *lmp, PackingRequest &request)
 {
+  set_sizes<D>(lmp, request);
   warn_of_overlap<D>(lmp, request);
   std::string notice;
   const auto engine = rve::make_engine<D>(request.options, &notice);

@@ -129,6 +129,56 @@ class Packings(unittest.TestCase):
             back, = gpu_rve.Packing.read_library(pathlib.Path(folder) / "ground.rve")
         np.testing.assert_array_equal(back.positions, ground.positions)
 
+    def test_grains_follow_a_grading_curve(self):
+        curve = [(0.004, 20.0), (0.006, 60.0), (0.012, 100.0)]
+        recipe = {"grains": 80, "kn": 1e6, "density": 2650.0, "thickness": 0.075, "pressure": 2e4}
+        packing = gpu_rve.Packing.create(grading=np.array(curve), **recipe)
+        area = packing.radii**2
+        # The fines below 4 mm are cut off, so that half of the area is below 6 mm. A grain of 6 mm
+        # has 1 % of the area.
+        self.assertAlmostEqual(area[packing.radii < 0.003].sum() / area.sum(), 0.5, delta=0.011)
+        order = np.argsort(packing.radii)
+        passing = 100.0 * np.cumsum(area[order]) / area.sum()
+        for name, percent in (("d10", 10), ("d50", 50), ("d60", 60)):
+            k = np.argmax(passing >= percent)
+            self.assertEqual(getattr(packing, name), 2.0 * packing.radii[order[k]])
+        self.assertEqual(packing.uniformity, packing.d60 / packing.d10)
+
+        needed = gpu_rve.grains_needed(grading=curve, shape="disk")
+        self.assertEqual(gpu_rve.grains_needed(grading=[(2 * d, p) for d, p in curve]), needed)
+        self.assertGreater(gpu_rve.grains_needed(grading=curve, shape="sphere"), needed)
+        for kind, first in (("lognormal", 0.004), ("power_law", 2.0)):
+            radius = (kind, first, *((0.2,) if kind == "lognormal" else ()), 0.003, 0.006)
+            packing = gpu_rve.Packing.create(radius=radius, **recipe)
+            self.assertTrue(np.all((packing.radii >= 0.003) & (packing.radii <= 0.006)))
+
+    def test_wrong_sizes_are_named(self):
+        for sizes, message in (({}, "radius or grading must be given"),
+                               ({"grading": [1, 2, 3]}, r"shape \(3,\); it must have \(n, 2\)"),
+                               ({"grading": [(1, 0), (2, 90)]}, "grading point is 90; it must be"),
+                               ({"radius": (1, "x")}, "it must have numbers"),
+                               ({"radius": ("normal", 1, 2)}, "radius is 'normal'; it must be"),
+                               ({"radius": (1, 2), "grading": [(1, 0), (2, 100)]}, "not both")):
+            with self.assertRaisesRegex(gpu_rve.Error, message):
+                gpu_rve.grains_needed(**sizes)
+
+    def test_hertz_material_is_that_of_scripts(self):
+        words = "hertz/material 1e9 0 0.2 tangential mindlin NULL 0 0.5"
+        stiffness = 2 / 3 * 1e9 / (1 - 0.2**2), 2 * 1e9 / (1.8 * 1.2)    # 4/3 E*, 8 G*
+        material = {"contact": words, "density": 2650.0}
+        made = gpu_rve.Packing.create(shape="sphere", grains=60, radius=(0.004, 0.005),
+                                      pressure=2e4, **material)
+        back = gpu_rve.Packing.from_arrays(made.cell, made.positions, made.radii, material)
+        for packing in (made, back):
+            np.testing.assert_allclose([packing["hertz_kn"], packing["mindlin_kt"]], stiffness,
+                                       rtol=1e-14)
+            self.assertEqual(packing["friction"], 0.5)
+        np.testing.assert_allclose(back.contacts()["normal_force"],
+                                   made.contacts()["normal_force"], rtol=1e-6)
+        with self.assertRaisesRegex(gpu_rve.Error, "contact and friction exclude each other"):
+            gpu_rve.Packing.from_arrays(made.cell, made.positions, made.radii,
+                                        {**material, "friction": 0.5})
+
     def test_an_image_has_the_turned_stress(self):
         turned, straight = (gpu_rve.Batch([packing], **OPTIONS)
                             for packing in (DISKS.image(1), DISKS))

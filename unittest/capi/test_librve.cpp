@@ -777,6 +777,18 @@ const std::string GROUND =
     "grains 60 seed 3 radius uniform 0.0025 0.005 kn 1e6 friction 0.5 density 2650 damping 0.3 "
     "thickness 0.075 mass_depth 0.075 friction_prep 0.3 ";
 
+std::string without(std::string words, const std::string &part)
+{
+  return words.erase(words.find(part), part.size());
+}
+
+double parameter(const Packing &packing, const char *keyword)
+{
+  double value = 0.0;
+  EXPECT_EQ(rve_packing_parameter(packing.get(), keyword, &value), RVE_SUCCESS) << rve_error();
+  return value;
+}
+
 }    // namespace
 
 // The ratio of lateral to vertical stress is the earth pressure at rest, about 1 - sin(phi) (Jaky
@@ -811,6 +823,45 @@ TEST(Librve, ArgumentsOfAScriptGiveItsPacking)
   const Packing met = created(looked_for + "pressure 1e4 void_ratio " + std::to_string(wanted) +
                               " void_ratio_tolerance 0.005");
   EXPECT_NEAR(rve_packing_void_ratio(met.get()), wanted, 0.005);
+}
+
+// The stiffnesses are 4/3 E* and 8 G* of two equal bodies.
+TEST(Librve, ContactsInTheWordsOfLammpsAreThoseOfSingleKeywords)
+{
+  const double E = 1e8, nu = 0.25;
+  const std::string grains = "shape sphere grains 60 radius uniform 0.0025 0.005 density 2650 "
+                             "damping 0.3 pressure 2e4 ";
+  const Packing by_law = created(
+      grains + "contact hertz/material 1e8 0 0.25 tangential mindlin NULL 0.5 0.4 tolerance 1e-2");
+  EXPECT_NEAR(parameter(by_law, "hertz_kn"), 2.0 / 3.0 * E / (1.0 - nu * nu), 1e-14 * E);
+  EXPECT_NEAR(parameter(by_law, "mindlin_kt"), 2.0 * E / ((2.0 - nu) * (1.0 + nu)), 1e-14 * E);
+  EXPECT_EQ(parameter(by_law, "friction"), 0.4);
+
+  std::size_t size = 0;
+  const char *words = "hertz/material 1e8 0 0.25 tangential mindlin NULL 0.5 0.4";
+  ASSERT_EQ(rve_contact_words(words, 3, nullptr, 0, &size), RVE_SUCCESS) << rve_error();
+  std::string keywords(size, ' ');
+  ASSERT_EQ(rve_contact_words(words, 3, keywords.data(), size, &size), RVE_SUCCESS) << rve_error();
+  const Packing by_keywords = created(grains + keywords + " tolerance 1e-2");
+  EXPECT_EQ(array(by_law, "position", 180), array(by_keywords, "position", 180));
+}
+
+TEST(Librve, PackingsHaveTheGradingOfTheirRecipe)
+{
+  const Packing packing = created(without(GROUND, "radius uniform 0.0025 0.005 ") +
+                                  "pressure 1e4 grading 0.004 0 0.008 60 0.016 100");
+  const Numbers radius = array(packing, "radius", 60);
+  double below = 0.0, all = 0.0, diameter = 0.0;
+  for (const double r : radius) {
+    below += r < 0.004 ? r * r : 0.0;
+    all += r * r;
+  }
+  EXPECT_NEAR(below / all, 0.6, 0.03);    // a grain of 8 mm has 2.5 % of the area
+  ASSERT_EQ(rve_packing_diameter(packing.get(), 100.0, &diameter), RVE_SUCCESS);
+  EXPECT_EQ(diameter, 2.0 * *std::max_element(radius.begin(), radius.end()));
+  std::size_t needed = 0;
+  ASSERT_EQ(rve_grains_needed("shape disk grading 1 0 1.0001 100", &needed), RVE_SUCCESS);
+  EXPECT_NEAR(static_cast<double>(needed), 50.0, 1.0);    // 5 of 50 grains have a tenth of the mass
 }
 
 TEST(Librve, ReadsLibrariesAndImagesOfTheirPackings)
@@ -914,6 +965,23 @@ TEST(Librve, WrongInputIsNamedAndThrowsNothing)
   expect(rve_packing_create("radius constant 1 2", &packing),
          "radius is 'constant'; it must be uniform");
   expect(rve_packing_create("radius uniform 1 x", &packing), "radius is 'x'; it must be a number");
+  expect(rve_packing_create("radius lognormal 1 2", &packing), "radius has 3 of its 5 values");
+  expect(rve_packing_create("grading 1 0 2", &packing),
+         "grading has 3 numbers; it must have pairs");
+  expect(rve_packing_create("grading 1 0 2 100 radius uniform 1 2", &packing),
+         "grading and radius exclude each other");
+  expect(rve_packing_create("contact hertz/material seed 1", &packing),
+         "contact E is 'seed'; it must be a number");
+  expect(rve_packing_create("contact hertz/material 1e8", &packing),
+         "contact eta_n has no value; it must read: contact hooke k_n eta_n");
+  expect(rve_packing_create("contact hooke 1 0 tangential linear_history 1 0 0.5 kn 1", &packing),
+         "contact and kn exclude each other");
+  std::size_t number = 0;
+  expect(rve_grains_needed("shape disk grains 3", &number), "unknown keyword 'grains'");
+  expect(rve_grains_needed("shape disk", &number), "radius or grading must be given");
+  expect(
+      rve_contact_words("hooke 1 0 tangential linear_history 1 0 0.5 kn", 2, nullptr, 0, &number),
+      "found 'kn' after the words of contact");
   expect(rve_packing_create("radius uniform 1 2 radius_min 1", &packing),
          "radius and radius_min exclude each other");
   expect(rve_packing_create((GROUND + "pressure 1e4 void_ratio 0.2").c_str(), &packing),

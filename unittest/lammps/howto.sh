@@ -93,6 +93,15 @@ run in.isotropic_state -var shape disk -var grains 100 -var seeds 2
 keep_last
 within "$(last 3)" 0 5e-3 "largest q/p of disks without shear stress"
 
+# On the curve of the script without its fines d10 is 0.335, d50 0.483 and d60 0.524 mm. One of 200
+# grains has up to 5 % of the mass in the coarse part and 1.5 % at d60.
+run in.grading -var grains 200 -var steps 20
+grep -q '12 % of the mass, are cut off' run.out
+size() { sed -n "s/.*sand.rve: .*$1 \([0-9.e-]*\)[ ,].*by mass.*/\1/p" run.out; }
+within "$(size d10)" 3.3e-4 3.4e-4 "d10 of a graded sand [m]"
+within "$(size d50)" 4.7e-4 4.95e-4 "d50 of a graded sand [m]"
+within "$(size d60)" 5.1e-4 5.35e-4 "d60 of a graded sand [m]"
+
 run in.free_surface -var a 0.5 -var grains 50
 keep_last
 within "$(last 2)" 0 0.01 "displacement of a slope of 20 degrees [m]"

@@ -122,6 +122,72 @@ TEST(CreateRve, APressureIsPositiveInCompression)
             message_of("create_rve none.rve" + recipe + "pressure -1e5\n"));
 }
 
+// The curve has one class from 4 to 16 mm, so d_x is 4 mm 4^x. Its grains have steps of 3 %.
+TEST(CreateRve, AGradingIsLoggedWithItsDiametersAndTheGrainsThatItNeeds)
+{
+  const std::string file = file_of_rank("graded.rve");
+  const std::string words = without(RECIPE, "radius uniform 0.003 0.005 ");
+  const std::string log =
+      log_of("units si\ncreate_rve " + file + words + "grading 0.004 0 0.016 100\n");
+
+  EXPECT_IN("create_rve " + file + ": 40 grains with diameters from 0.00402", log);
+  EXPECT_IN("of them in the coarsest tenth of the mass; the distribution needs 235 grains", log);
+  EXPECT_IN("create_rve: 40 grains represent the distribution of sizes poorly; use at least 235 "
+            "grains (5 in the coarsest tenth of the mass, and a cell 2.5 of the largest diameters "
+            "wide)",
+            log);
+  EXPECT_NOT_IN("cut off", log);
+  EXPECT_IN(" [length] by mass, coefficient of uniformity ", log);
+  const rve::RveState state = rve::read_packing(file);
+  double below = 0.0, all = 0.0;
+  for (const double r : state.radius) (2.0 * r < 0.008 ? below : all) += r * r;
+  EXPECT_NEAR(below / (below + all), 0.5, 0.04);
+}
+
+TEST(CreateRve, ALibraryHasTheSameGrainsForAllSeeds)
+{
+  const std::string file = file_of_rank("graded.library");
+  const std::string words = without(without(RECIPE, "radius uniform 0.003 0.005 "), "seed 5 ");
+  const std::string log = log_of("units si\ncreate_rve " + file + words +
+                                 "seeds 1 2 grading 0.004 20 0.008 100 threads 1 device cpu\n");
+
+  EXPECT_IN("create_rve " + file + ": fines below 0.004 [length], 20 % of the mass, are cut off",
+            log);
+  const rve::PackingLibrary library = rve::read_library<2>(file);
+  ASSERT_EQ(library.packings.size(), 2u);
+  EXPECT_EQ(library.packings[0].radius, library.packings[1].radius);
+  EXPECT_NE(library.packings[0].fractional, library.packings[1].fractional);
+}
+
+TEST(CreateRve, RadiiOfDistributionsAreRead)
+{
+  const std::string file = file_of_rank("sizes.rve");
+  const std::string words = without(RECIPE, "radius uniform 0.003 0.005 ");
+  for (const char *radii :
+       {"radius lognormal 0.004 0.2 0.003 0.006", "radius power_law 2 0.003 0.006"}) {
+    EXPECT_IN("create_rve " + file + ": 40 grains with diameters from 0.006",
+              log_of("units si\ncreate_rve " + file + words + radii + "\n"));
+    EXPECT_EQ(rve::read_packing(file).num_grains(), 40);
+  }
+}
+
+TEST(CreateRve, WrongSizesAreNamed)
+{
+  const std::string words = "create_rve none.rve" + without(RECIPE, "radius uniform 0.003 0.005 ");
+  EXPECT_IN("create_rve: radius and grading exclude each other",
+            message_of("create_rve none.rve" + RECIPE + "grading 0.1 0 0.2 100\n"));
+  EXPECT_IN("create_rve: grading has 3 numbers; it must have pairs of a diameter and the percent "
+            "passing",
+            message_of(words + "grading 0.1 0 0.2\n"));
+  EXPECT_IN("create_rve: percent passing of the last grading point is 90; it must be 100",
+            message_of(words + "grading 0.1 0 0.2 90\n"));
+  EXPECT_IN("create_rve: radius is 'normal'; it must be uniform, lognormal or power_law",
+            message_of(words + "radius normal 1 2\n"));
+  EXPECT_IN("create_rve: ratio of largest to smallest diameter is ",
+            message_of(without(without(words, "thickness 0.075 "), "grains 40 ") +
+                       "shape sphere grading 0.001 0 0.1 100 grains 4000\n"));
+}
+
 TEST(CreateRve, ACellThatIsTooNarrowForItsGrainsHasARemedy)
 {
   std::string few = RECIPE;

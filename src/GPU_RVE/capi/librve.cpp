@@ -255,6 +255,26 @@ int rve_packing_create(const char *recipe, rve_packing **packing)
   });
 }
 
+int rve_grains_needed(const char *sizes, size_t *grains)
+{
+  return guarded({{grains, "grains"}}, [&] {
+    *grains = static_cast<std::size_t>(capi::grains_needed(text_or_empty(sizes)));
+  });
+}
+
+int rve_contact_words(const char *contact, int dimension, char *words, size_t capacity,
+                      size_t *size)
+{
+  return guarded({{contact, "contact"}, {size, "size"}}, [&] {
+    const std::string text = capi::contact_words(contact, dimension);
+    *size = text.size();
+    if (!words) return;
+    require(text.size() <= capacity, "capacity is ", capacity, " bytes; it must be at least ",
+            text.size());
+    std::copy(text.begin(), text.end(), words);
+  });
+}
+
 int rve_library_read(const char *file, rve_packing **packings, size_t capacity, size_t *count)
 {
   return guarded({{file, "file"}, {count, "count"}}, [&] {
@@ -328,6 +348,17 @@ double rve_packing_void_ratio(const rve_packing *packing)
 {
   if (!packing) return 0.0;
   return std::visit([](const auto &state) { return state.void_ratio(); }, packing->state);
+}
+
+int rve_packing_diameter(const rve_packing *packing, double percent, double *diameter)
+{
+  return guarded({{packing, "packing"}, {diameter, "diameter"}}, [&] {
+    *diameter = std::visit(
+        [&](const auto &state) {
+          return rve::diameter_passing(state.radius, capi::dimension_of(packing->state), percent);
+        },
+        packing->state);
+  });
 }
 
 int rve_packing_array(const rve_packing *packing, const char *name, double *values, size_t count)

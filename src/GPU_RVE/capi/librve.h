@@ -47,7 +47,7 @@ extern "C" {
 /* Version of the interface. The major number changes if programs for an earlier version may have to
  * change. The minor number changes with each addition. */
 #define RVE_API_MAJOR 1
-#define RVE_API_MINOR 3
+#define RVE_API_MINOR 4
 
 enum {
   RVE_SUCCESS = 0,
@@ -87,6 +87,7 @@ RVE_API int rve_packing_image(const rve_packing *packing, int image, rve_packing
 /* Prepares a packing by compressing a loose cloud of grains to a pressure (manual: create_rve). The
  * recipe is a text of keywords and values of that command:
  *   shape disk|sphere, grains N, seed N, radius uniform lo hi (or radius_min x, radius_max x),
+ *   radius lognormal median sigma lo hi, radius power_law exponent lo hi, grading d1 p1 d2 p2 ...,
  *   pressure x, k0 x|rest, void_ratio x, void_ratio_tolerance x, friction_prep x, damping_prep x,
  *   tolerance x, contact hooke|hertz|dmt, format fast|mixed|double|single, device auto|cpu|cuda,
  *   threads N, and the keywords of the material: kn, kt, friction, density, ...
@@ -95,9 +96,19 @@ RVE_API int rve_packing_image(const rve_packing *packing, int image, rve_packing
  * preparation runs on one CPU thread, from seconds to minutes. radius uniform, k0 rest,
  * void_ratio_tolerance, device and threads exist since 1.2. A call makes one packing, so the words
  * of create_rve that make a library are errors: seeds, policy, and several values of pressure,
- * friction_prep or void_ratio. The LAMMPS syntax of pair granular after contact hooke, hertz or dmt
- * is an error, too: each contact parameter has its own keyword, as kn, hertz_kn, surface_energy. */
+ * friction_prep or void_ratio. After contact, a law with numbers is read in the syntax of LAMMPS'
+ * pair granular (manual: contact_laws), for example contact hertz/material 7e10 0 0.25 tangential
+ * mindlin NULL 0 0.5; without numbers each contact parameter has its own keyword, as kn, hertz_kn,
+ * surface_energy. Since 1.4: lognormal, power_law, grading, the syntax of LAMMPS. */
 RVE_API int rve_packing_create(const char *recipe, rve_packing **packing);
+/* Returns the number of grains that represent a distribution of sizes (manual: create_rve). `sizes`
+ * has the keywords shape and radius or grading of a recipe. Since 1.4. */
+RVE_API int rve_grains_needed(const char *sizes, size_t *grains);
+/* Translates a contact law in the syntax of LAMMPS' pair granular, the words after contact, to
+ * contact and single keywords of a recipe for disks (dimension 2) or spheres (3). The text has no
+ * final 0. With words NULL only *size is set. Since 1.4. */
+RVE_API int rve_contact_words(const char *contact, int dimension, char *words, size_t capacity,
+                              size_t *size);
 RVE_API int rve_packing_copy(const rve_packing *packing, rve_packing **copy);
 RVE_API void rve_packing_free(rve_packing *packing);
 /* Save and restore the exact state of a packing as bytes, for other processes and for checkpoints
@@ -113,6 +124,9 @@ RVE_API int rve_packing_dimension(const rve_packing *packing);
 RVE_API size_t rve_packing_grains(const rve_packing *packing);
 /* Returns the void ratio: (volume of the cell) / (volume of the grains) - 1 [-]. */
 RVE_API double rve_packing_void_ratio(const rve_packing *packing);
+/* Returns the smallest diameter for which the grains up to this diameter have at least `percent`, 0
+ * to 100, of the mass of all grains [length]. Since 1.4. */
+RVE_API int rve_packing_diameter(const rve_packing *packing, double percent, double *diameter);
 /* Copies the array `name` to `values`. N is the number of grains:
  *   "cell" (D, D) [length], "deformation" (D, D) [-], "radius" (N) [length], "position" (N, D)
  *   [length], "velocity" (N, D), relative to the motion of the cell [length/time], "spin" (N), for

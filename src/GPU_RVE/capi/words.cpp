@@ -3,9 +3,13 @@
 
 #include "rve/core/error.h"
 #include "rve/core/suggestion.h"
+#include "rve/engine/contact_words.h"
+#include "rve/engine/grading.h"
 
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
+#include <optional>
 #include <sstream>
 #include <type_traits>
 #include <utility>
@@ -19,6 +23,8 @@ namespace {
   struct Entry {
     std::string word, value;
     std::vector<std::string> more = {};    ///< values after the first one
+    /// Parameters of *contact* in the syntax of LAMMPS.
+    std::optional<rve::GivenMaterial> contact = {};
 
     [[noreturn]] void refuse(const std::string &demand) const
     {
@@ -44,7 +50,14 @@ namespace {
   };
 
   constexpr rve::Choice<bool> YES_NO[] = {{"yes", true}, {"no", false}};
-  constexpr rve::Choice<bool> DISTRIBUTIONS[] = {{"uniform", true}};
+  enum class Radii { Uniform, Lognormal, PowerLaw };
+  constexpr rve::Choice<Radii> DISTRIBUTIONS[] = {
+      {"uniform", Radii::Uniform}, {"lognormal", Radii::Lognormal}, {"power_law", Radii::PowerLaw}};
+  /// Returns the number of numbers after the name of a distribution.
+  int num_parameters(const std::string &distribution)
+  {
+    return distribution == "lognormal" ? 4 : distribution == "power_law" ? 3 : 2;
+  }
   constexpr rve::Choice<int> SHAPES[] = {{"disk", 2}, {"sphere", 3}};
   constexpr rve::Choice<macro::TangentKind> KINDS[] = {{"elastic", macro::TangentKind::Elastic},
                                                        {"loading", macro::TangentKind::Loading}};
@@ -117,6 +130,48 @@ namespace {
     if (o.device_number < 0) e.refuse("at least 0");
   }
 
+  std::vector<double> numbers_of(const std::string &word, const std::vector<std::string> &values)
+  {
+    std::vector<double> numbers;
+    for (const std::string &value : values) read(Entry{word, value}, numbers.emplace_back());
+    return numbers;
+  }
+
+  void set_radii(const Entry &e, Order &o)
+  {
+    const Radii radii = e.choice(DISTRIBUTIONS);
+    const std::vector<double> x = numbers_of(e.word, e.more);
+    if (radii == Radii::Lognormal) {
+      o.sizes = rve::LognormalRadii{x[0], x[1], x[2], x[3]};
+    } else if (radii == Radii::PowerLaw) {
+      o.sizes = rve::PowerLawRadii{x[0], x[1], x[2]};
+    } else {
+      o.recipe.radius_min = x[0];
+      o.recipe.radius_max = x[1];
+    }
+  }
+
+  void set_grading(const Entry &e, Order &o)
+  {
+    std::vector<double> x = numbers_of(e.word, e.more);
+    double first = 0.0;
+    read(Entry{e.word, e.value}, first);
+    x.insert(x.begin(), first);
+    rve::require(x.size() % 2 == 0, "grading has ", x.size(),
+                 " numbers; it must have pairs of a diameter and the percent passing");
+    rve::GradingCurve curve;
+    for (std::size_t k = 0; k < x.size(); k += 2) curve.push_back({x[k], x[k + 1]});
+    o.sizes = curve;
+  }
+
+  void set_contact(const Entry &e, rve::Material &material)
+  {
+    if (e.contact)
+      e.contact->apply(material);
+    else
+      material.law = rve::contact_law_of(e.value);
+  }
+
   void set_recipe(const Entry &e, Order &o)
   {
     rve::PackingRecipe &r = o.recipe;
@@ -124,11 +179,8 @@ namespace {
     if (m.is("shape")) o.dimension = e.choice(SHAPES);
     m.set("grains", r.num_grains);
     m.set("seed", r.seed);
-    if (m.is("radius")) {
-      e.choice(DISTRIBUTIONS);
-      read({e.word, e.more[0]}, r.radius_min);
-      read({e.word, e.more[1]}, r.radius_max);
-    }
+    if (m.is("radius")) set_radii(e, o);
+    if (m.is("grading")) set_grading(e, o);
     m.set("radius_min", r.radius_min);
     m.set("radius_max", r.radius_max);
     m.set("pressure", r.pressure);
@@ -141,7 +193,7 @@ namespace {
     m.set("friction_prep", r.preparation_friction);
     m.set("damping_prep", r.preparation_damping);
     m.set("tolerance", r.stress_tolerance);
-    if (m.is("contact")) r.material.law = rve::contact_law_of(e.value);
+    if (m.is("contact")) set_contact(e, r.material);
     m.set("device", o.options.device);
     m.set("threads", o.options.threads);
     m.set("format", o.options.format);
@@ -168,22 +220,95 @@ namespace {
     m.require_known();
   }
 
-  /// Splits a text into words with one value each. The word `triple` has three values. Throws
-  /// InputError if a value is missing or a word is given twice.
-  std::vector<Entry> entries(const std::string &text, const std::string &triple = "")
+  bool is_number(const std::string &word)
+  {
+    double x = 0.0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), x);
+    return error == std::errc() && end == word.data() + word.size();
+  }
+
+  /// Cursor over the words of a text.
+  class TextWords final : public rve::ContactWords {
+   public:
+    explicit TextWords(const std::string &text)
+    {
+      std::istringstream stream(text);
+      for (std::string word; stream >> word;) words.push_back(word);
+    }
+    bool empty() const override { return position >= words.size(); }
+    std::string peek(int ahead) const override
+    {
+      return position + ahead < words.size() ? words[position + ahead] : "";
+    }
+    bool is_number(int ahead) const override { return capi::is_number(peek(ahead)); }
+    std::string next(const std::string &part) override
+    {
+      if (empty()) refuse(rve::concat("contact ", part, " has no value; it must read: ", form));
+      return words[position++];
+    }
+    double number(const std::string &part) override
+    {
+      const std::string word = next(part);
+      double value = 0.0;
+      read(Entry{"contact " + part, word}, value);
+      return value;
+    }
+    void set_form(const std::string &_form) override { form = "contact " + _form; }
+
+   private:
+    std::vector<std::string> words;
+    std::size_t position = 0;
+    std::string form;
+  };
+
+  /// Takes the values of a word. Most words have one value. *radius* and *grading* have several,
+  /// and *contact* has several if its value belongs to the syntax of LAMMPS.
+  Entry next_entry(TextWords &words)
+  {
+    Entry entry{words.next(""), ""};
+    rve::require(!words.empty(), entry.word, " has no value");
+    if (entry.word == "contact" && (words.is_number(1) || words.peek(0) == "hertz/material")) {
+      entry.value = words.peek(0);
+      rve::read_contact(words, entry.contact.emplace());
+      return entry;
+    }
+    entry.value = words.next("");
+    if (entry.word == "grading")
+      while (words.is_number(0)) entry.more.push_back(words.next(""));
+    const int count = entry.word == "radius" ? num_parameters(entry.value) : 0;
+    for (int k = 0; k < count; ++k) {
+      rve::require(!words.empty(), entry.word, " has ", k + 1, " of its ", count + 1, " values");
+      entry.more.push_back(words.next(""));
+    }
+    return entry;
+  }
+
+  /// Splits a text into words with their values. Throws InputError if a value is missing or a word
+  /// is given twice.
+  std::vector<Entry> entries(const std::string &text)
   {
     std::vector<Entry> all;
-    std::istringstream stream(text);
-    for (std::string word; stream >> word;) {
-      Entry entry{word, ""};
-      rve::require(static_cast<bool>(stream >> entry.value), word, " has no value");
-      for (int k = 1; word == triple && k < 3; ++k)
-        rve::require(static_cast<bool>(stream >> entry.more.emplace_back()), word, " has ", k,
-                     " of its 3 values");
-      for (const Entry &other : all) rve::require(other.word != word, word, " is given twice");
+    for (TextWords words(text); !words.empty();) {
+      Entry entry = next_entry(words);
+      for (const Entry &other : all)
+        rve::require(other.word != entry.word, entry.word, " is given twice");
       all.push_back(std::move(entry));
     }
     return all;
+  }
+
+  /// Returns true if the entries have *contact* in the syntax of LAMMPS. Throws InputError if they
+  /// also have a parameter that it sets.
+  bool gives_contact(const std::vector<Entry> &all)
+  {
+    const bool given =
+        std::any_of(all.begin(), all.end(), [](const Entry &e) { return e.contact.has_value(); });
+    for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
+      for (const Entry &e : all)
+        rve::require(!given || !parameter.of_contact() || e.word != parameter.keyword,
+                     "contact and ", e.word, " exclude each other, because contact also sets ",
+                     e.word);
+    return given;
   }
 
 }    // namespace
@@ -215,7 +340,7 @@ Order read_recipe(const std::string &text)
   Order order;
   order.options.device = rve::Device::Cpu;
   order.options.threads = 1;
-  const std::vector<Entry> all = entries(text, "radius");
+  const std::vector<Entry> all = entries(text);
   for (const Entry &entry : all) set_recipe(entry, order);
   const auto has = [&](const std::string &word) {
     return std::any_of(all.begin(), all.end(), [&](const Entry &e) { return e.word == word; });
@@ -225,12 +350,16 @@ Order read_recipe(const std::string &text)
   for (const std::string bound : {"radius_min", "radius_max"})
     rve::require(!has("radius") || !has(bound), "radius and ", bound,
                  " exclude each other: radius uniform lo hi gives both bounds");
+  for (const std::string other : {"radius", "radius_min", "radius_max"})
+    rve::require(!has("grading") || !has(other), "grading and ", other,
+                 " exclude each other: both give sizes of grains");
   const bool is_linear = material.law == rve::ContactLaw::Linear;
+  const bool contact = gives_contact(all);
   std::string missing;
   for (const std::string needed :
        {"grains", "radius_min", "radius_max", "density", "pressure", "kn"})
-    if (!has(needed) && !(has("radius") && needed.rfind("radius", 0) == 0) &&
-        (needed != "kn" || is_linear))
+    if (!has(needed) && !((has("radius") || has("grading")) && needed.rfind("radius", 0) == 0) &&
+        (needed != "kn" || (is_linear && !contact)))
       missing += (missing.empty() ? "" : ", ") + needed;
   rve::require(missing.empty(), "the recipe lacks ", missing);
   // the rules and defaults below are those of create_rve
@@ -238,8 +367,9 @@ Order read_recipe(const std::string &text)
                "void_ratio and friction_prep exclude each other: void_ratio determines the "
                "preparation friction; friction_prep is ",
                order.recipe.preparation_friction);
-  if (is_linear && !has("kt")) material.tangential_stiffness = material.normal_stiffness;
-  if (material.rolling_friction > 0.0 && !has("kr")) {
+  if (is_linear && !contact && !has("kt"))
+    material.tangential_stiffness = material.normal_stiffness;
+  if (material.rolling_friction > 0.0 && !contact && !has("kr")) {
     rve::require(is_linear, "rolling_friction is ", material.rolling_friction,
                  " [-] without a kr [force/length], and contact ", rve::word_of(material.law),
                  " has no kt to replace it; give kr, or rolling_friction 0");
@@ -247,7 +377,45 @@ Order read_recipe(const std::string &text)
   }
   order.options.contacts = rve::contacts_of(material);
   order.options.contacts.dimension = order.dimension;
+  if (order.sizes && order.dimension == 2)
+    rve::set_sizes<2>(order.recipe, *order.sizes);
+  else if (order.sizes)
+    rve::set_sizes<3>(order.recipe, *order.sizes);
   return order;
+}
+
+int grains_needed(const std::string &sizes)
+{
+  Order order;
+  for (const Entry &entry : entries(sizes)) {
+    rve::require(entry.word == "shape" || entry.word == "radius" || entry.word == "grading",
+                 "unknown keyword '", entry.word, "'; the keywords are shape, radius, grading");
+    set_recipe(entry, order);
+  }
+  const rve::PackingRecipe &recipe = order.recipe;
+  if (!order.sizes && recipe.radius_max > 0.0)    // uniform radii: the exponent is 0
+    order.sizes = rve::PowerLawRadii{0.0, recipe.radius_min, recipe.radius_max};
+  rve::require(order.sizes.has_value(), "radius or grading must be given");
+  return rve::SizeDistribution(*order.sizes, order.dimension).grains_needed();
+}
+
+std::string contact_words(const std::string &contact, int dimension)
+{
+  rve::require(dimension == 2 || dimension == 3, "dimension is ", dimension, "; it must be 2 or 3");
+  TextWords words(contact);
+  rve::GivenMaterial given;
+  rve::read_contact(words, given);
+  rve::require(words.empty(), "found '", words.peek(0), "' after the words of contact");
+  std::string text = std::string("contact ") + rve::word_of(*given.law);
+  for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS) {
+    const double value = given[parameter.member].value_or(0.0);
+    if (!parameter.of_contact() || (value == 0.0 && !parameter.is_of(*given.law, dimension)))
+      continue;
+    char digits[32];
+    std::snprintf(digits, sizeof(digits), "%.17g", value);
+    text += std::string(" ") + parameter.keyword + " " + digits;
+  }
+  return text;
 }
 
 rve::MaterialMember parameter_named(const std::string &keyword, rve::ContactLaw law, int dimension)

@@ -5,9 +5,11 @@
 #pragma once
 
 #include "macro/tangent_probes.h"
+#include "rve/engine/grading.h"
 #include "rve/engine/options.h"
 #include "rve/engine/packing.h"
 
+#include <optional>
 #include <string>
 
 namespace capi {
@@ -28,10 +30,19 @@ TangentOrder read_tangent_options(const std::string &text, rve::Format format);
 struct Order {
   int dimension = 2;
   rve::PackingRecipe recipe;
-  rve::Options options;    ///< options of the engine that prepares the packing
+  std::optional<rve::SizeChoice> sizes;    ///< without a value radii are uniform
+  rve::Options options;                    ///< options of the engine that prepares the packing
 };
 /// Parses a recipe. Throws InputError, which names the wrong or missing words.
 Order read_recipe(const std::string &text);
+
+/// Returns rve::SizeDistribution::grains_needed() for the keywords shape, radius and grading of a
+/// recipe. Throws InputError, which names the wrong word.
+int grains_needed(const std::string &sizes);
+
+/// Translates a contact law in the syntax of LAMMPS to the keywords of a recipe. Throws InputError,
+/// which names the wrong word.
+std::string contact_words(const std::string &contact, int dimension);
 
 /// Returns the member of a material with this keyword for grains of this law and dimension. Throws
 /// InputError, which lists the existing keywords, if there is no such member.
