@@ -4,9 +4,9 @@ r"""Measures how much longer the first run of a scene on a GPU takes, while its 
 
     python3 bench/first_run.py --lmp build/cuda/bin/lmp --out bench/results/first-run-<gpu>.json
 
-Each scene runs twice: with an empty kernel cache, and with the cache that the first run has filled.
-A row has both wall times of the process, and the kernels that were compiled. --cores N limits the
-runs to the first N cores. --only NAME selects scenes.
+Each scene runs twice: with an empty kernel cache, and with a cache that has all optimized kernels.
+Both must print the same numbers. A row has both wall times of the process, and the kernels that were
+compiled. --cores N limits the runs to the first N cores. --only NAME selects scenes.
 """
 
 import argparse
@@ -14,6 +14,7 @@ import datetime
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -36,8 +37,10 @@ FORCE = "contact hertz/material 7e9 0 0.2 tangential mindlin/force NULL 0 0.5"
 
 STRAIN = "drive velocity_gradient yy -0.05"
 SERVO = STRAIN + " servo xx -1e5"
-# Scene: dimension, packing, number of RVEs, keywords of fix rve.
+# Scene: dimension, packing, number of RVEs, keywords of fix rve, and optionally the number of steps.
+# In disks_exchange the optimized kernel replaces the first one during the run.
 ELEMENTS = {
+    "disks_exchange": (2, DISKS + SPRINGS + " gamma_n 0.1", 24, STRAIN, 30000),
     "disks": (2, DISKS + SPRINGS, 24, STRAIN),
     "disks_many": (2, DISKS + SPRINGS, 1000, STRAIN),
     "disks_servo": (2, DISKS + SPRINGS, 24, SERVO),
@@ -68,7 +71,11 @@ comm_modify cutoff 0.5
 timestep 1e-3
 fix grains all rve packing.rve {keywords} device cuda
 compute rve all rve/atom p q void_ratio
-run 400
+compute sum all reduce sum c_rve[1] c_rve[2] c_rve[3]
+thermo 100
+thermo_style custom step c_sum[1] c_sum[2] c_sum[3]
+thermo_modify format float %.17g
+run {steps}
 """
 # Scene: example and arguments of lmp.
 EXAMPLES = {
@@ -78,20 +85,23 @@ EXAMPLES = {
     "tangent": ("tangent", "in.tangent -var strain 0.002"),
 }
 
+TABLE_ROW = re.compile(r"^ *\d+(?: +[-+.e\d]+)+ *$", re.M)
 COMPILED = re.compile(r"compiled rve::(\S+?)<rve::KernelVariant::(\w+), rve::(\w+)Numbers> .* in (\S+) s")
 
 
-def timed(command, folder, cache):
+def timed(command, folder, cache, limit=200):
     """Returns the wall time of a command and its output."""
     environment = dict(os.environ, GPU_RVE_KERNEL_CACHE=str(cache), GPU_RVE_REQUIRE_CUDA="1")
     start = time.monotonic()
-    ended = subprocess.run(command, cwd=folder, env=environment, stdout=subprocess.PIPE,
-                           stderr=subprocess.STDOUT, text=True, shell=isinstance(command, str),
-                           check=False)
+    with open(folder / "output", "w", encoding="utf-8") as output:
+        status = subprocess.run(["timeout", "-k", "5", str(limit), *command], cwd=folder,
+                                env=environment, stdout=output, stderr=subprocess.STDOUT,
+                                check=False).returncode
     seconds = time.monotonic() - start
-    if ended.returncode != 0:
-        sys.exit("\n".join([str(command), *ended.stdout.splitlines()[-8:]]))
-    return seconds, ended.stdout
+    text = (folder / "output").read_text(encoding="utf-8", errors="replace")
+    if status != 0:
+        raise RuntimeError("\n".join([f"status {status}: {command}", *text.splitlines()[-12:]]))
+    return seconds, text
 
 
 def prepare(name, lmp, folder):
@@ -100,12 +110,13 @@ def prepare(name, lmp, folder):
         example, arguments = EXAMPLES[name]
         shutil.copytree(ROOT / "examples" / "packings", folder / "packings")
         shutil.copytree(ROOT / "examples" / example, folder / example)
-        return f"{lmp} -log none -in {arguments}", folder / example
-    dimension, packing, count, keywords = ELEMENTS[name]
+        return [lmp, "-log", "none", "-in", *shlex.split(arguments)], folder / example
+    dimension, packing, count, keywords, *steps = ELEMENTS[name]
     (folder / "in.packing").write_text(
         f"units si\ndimension {dimension}\ncreate_rve packing.rve {packing} device cpu\n")
     (folder / "in.scene").write_text(
         SCRIPT.format(dimension=dimension, count=count, keywords=keywords,
+                      steps=steps[0] if steps else 400,
                       lattice="sq" if dimension == 2 else "sc"))
     timed([lmp, "-log", "none", "-in", "in.packing"], folder, folder / "cache")
     return [lmp, "-log", "none", "-in", "in.scene"], folder
@@ -121,7 +132,15 @@ def measure(name, lmp):
             timed(command, work, folder / "cache")
         cache.mkdir(mode=0o700)
         cold, log = timed(command, work, cache)
-        warm, _ = timed(command, work, cache)
+        full = folder / "full"
+        full.mkdir(mode=0o700)
+        for kernel, variant, numbers, _ in COMPILED.findall(log):
+            subprocess.run([lmp.parent / "bench_kernels", "--program", variant, "--format",
+                            numbers.lower(), "--kernel", kernel, "--cache", full],
+                           stdout=subprocess.DEVNULL, check=True)
+        warm, other = timed(command, work, full)
+        if TABLE_ROW.findall(log) != TABLE_ROW.findall(other) or "ompiled" in other:
+            raise RuntimeError(f"{name}: other numbers, or kernels that were compiled again")
     compiled = [{"kernel": kernel, "variant": variant, "format": numbers.lower(),
                  "seconds": float(seconds)}
                 for kernel, variant, numbers, seconds in COMPILED.findall(log)]
@@ -154,10 +173,18 @@ def main():
         "date": datetime.date.today().isoformat(),
         "commit": os.environ.get("GPU_RVE_COMMIT", ""),
         "machine": f"{len(os.sched_getaffinity(0))} CPU threads",
-        "rows": [measure(name, arguments.lmp.resolve()) for name in chosen]
+        "rows": []
     }
+    failed = False
+    for name in chosen:
+        try:
+            record["rows"].append(measure(name, arguments.lmp.resolve()))
+        except RuntimeError as error:
+            print(name, "FAILED:", error, flush=True)
+            failed = True
     bench_records.write(record, arguments.out)
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
