@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 # Defaults of `pip install .` (pyproject.toml): what takes minutes and cannot run on this machine is left out. An option that is given,
-# as in `pip install . -C cmake.define.GPU_RVE_CUDA=ON`, is kept. tools/wheel.sh gives all of them.
+# as in `pip install . --config-settings=cmake.define.GPU_RVE_CUDA=ON`, is kept. tools/wheel.sh gives all of them.
 
 # Sets <result> to ON if this machine has an NVIDIA GPU that the kernels support.
 function(find_supported_gpu result)
@@ -38,13 +38,13 @@ if(GPU_RVE_CUDA STREQUAL "AUTO")
   if(NOT has_gpu)
     set(GPU_RVE_CUDA OFF)
     message(STATUS "Python package: no GPU engine, since there is no supported GPU here; "
-      "-C cmake.define.GPU_RVE_CUDA=ON compiles it")
+      "--config-settings=cmake.define.GPU_RVE_CUDA=ON compiles it")
   endif()
 endif()
 if(NOT DEFINED GPU_RVE_BASELINE_KERNELS)
   find_old_processor(GPU_RVE_BASELINE_KERNELS)
   if(NOT GPU_RVE_BASELINE_KERNELS)
     message(STATUS "Python package: CPU kernels for processors with AVX2, FMA and BMI2, as this one; "
-      "-C cmake.define.GPU_RVE_BASELINE_KERNELS=ON compiles those for older ones, too")
+      "--config-settings=cmake.define.GPU_RVE_BASELINE_KERNELS=ON compiles those for older ones, too")
   endif()
 endif()

