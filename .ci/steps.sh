@@ -85,8 +85,9 @@ inputs_of() {    # inputs_of <part>: sets `inputs`
       bench/strict_text.sh bench/uniform_registers.sh bench/bench_kernels.cpp tools/cuda_code.sh "${build_files[@]}") ;;
     races) inputs=(src/GPU_RVE/rve/core src/GPU_RVE/rve/physics src/GPU_RVE/rve/block src/GPU_RVE/rve/algorithm unittest/engine/test_phases.cpp
       "${build_files[@]}") ;;
-    packaging) inputs=(pyproject.toml debian python src/GPU_RVE/capi unittest/install unittest/capi/pip.sh unittest/capi/package.sh tools/get_lammps.sh
-      tools/plugin_wheel.sh tools/venv.sh ':(glob)src/GPU_RVE/*.h' src/GPU_RVE/lammps/gpurveplugin.cpp .gitignore "${build_files[@]}") ;;
+    packaging) inputs=(pyproject.toml debian python src/GPU_RVE/capi unittest/install unittest/capi/pip.sh unittest/capi/package.sh
+      unittest/capi/wheel.sh unittest/capi/wheel_contents.py unittest/capi/batch_bits.py tools/wheel.sh tools/plugin_wheel.sh tools/venv.sh
+      tools/cuda_cards.sh tools/get_lammps.sh ':(glob)src/GPU_RVE/*.h' src/GPU_RVE/lammps/gpurveplugin.cpp .gitignore "${build_files[@]}") ;;
     notebooks) inputs=(examples/notebooks python src/GPU_RVE/capi unittest/capi/test_notebooks.py unittest/capi/host.sh unittest/golden/golden_bits.txt
       tools/pictures_python.sh) ;;
     pictures) inputs=(examples/pictures examples/packings unittest/pictures ':(glob)tools/*.py' tools/pictures_python.sh unittest/golden/golden_bits.txt "${styles[@]}") ;;

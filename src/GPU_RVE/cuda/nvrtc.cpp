@@ -104,7 +104,7 @@ Nvrtc::Nvrtc(const std::vector<std::string> &libraries) : functions_(new Functio
   if (!functions_->library) {
     obstacle_ = "the run-time compiler of the CUDA Toolkit, NVRTC, was not found (tried " + tried +
         "): install it, for example the package cuda-nvrtc-13-0 for CUDA 13.0, and add its folder "
-        "to LD_LIBRARY_PATH";
+        "to LD_LIBRARY_PATH; the Python package gpu_rve also finds nvidia-cuda-nvrtc of pip";
     return;
   }
   int minor = 0;

@@ -25,7 +25,8 @@ template <int D> HostKernel<D> best_host_kernel(Format format)
   if (has_x86_64_v3()) return host_kernel<InstructionSet::v3, D>(format);
 #endif
 #if defined(RVE_WITHOUT_BASELINE)
-  throw InputError("this build with sanitizers requires a CPU with AVX2, FMA and BMI2");
+  throw InputError("this build requires a CPU with AVX2, FMA and BMI2: it has no kernels for older "
+                   "CPUs (GPU_RVE_BASELINE_KERNELS=OFF)");
 #else
   return host_kernel<InstructionSet::baseline, D>(format);
 #endif
