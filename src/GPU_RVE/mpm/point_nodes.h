@@ -18,7 +18,6 @@ template <int D> struct BoxPart {
   int parts_along_r = 1;
   double low = 0.0, high = 0.0;    ///< radii of the edges of the whole box [cells]
   double radius = 0.0;             ///< radius of the middle of the part [length]
-  double first_radius = 0.0;       ///< radius of the nodes at place 0 of the support [length]
   double hoop[3] = {};             ///< hat functions along r, averaged and divided by r [1/length]
 
   RVE_HD double share() const
@@ -48,7 +47,6 @@ template <int D> struct BoxPart {
     const PartOfAxis at(box, 0, place[0]);
     radius = grid.cell_size() * grid.radius(at.xi);
     const AxisWeights plane = gimp_weights(at.xi, at.half);
-    first_radius = grid.cell_size() * grid.radius(plane.first);
     for (int k = 0; k < 3; ++k) hoop[k] = plane.value[k] / radius;
   }
   /// Mean over the part of N/r with the weight r, where N is the shape function of a node
@@ -108,38 +106,6 @@ RVE_HD void give(const Support<D> &support, const BoxPart<D> &part, const rve::F
   scatter_integer<width_of<D>(KIND)>(
       support, scale, part.integer(scale, whole),
       [&](const NodeIndex<D> &place) { return value * support.value(place); }, sums, c);
-}
-
-/// Adds the momentum of a point to the sums of KIND on its nodes, from component `first` on. The
-/// arguments are those of give().
-///
-/// In axisymmetry the radial velocity of a point is that at the middle of its ring, and a node at
-/// the radius r_I gets the share N_I r_I/r_p of the radial momentum. Velocities that are constant or
-/// proportional to the radius then have their exact values on nodes. With N_I alone the latter
-/// would be too large by h²/6 r_I². The radial momentum of a body of revolution is not conserved, so
-/// the shares need not add up to 1.
-template <SumKind KIND, int D, class Sums>
-RVE_HD void give_momentum(const Support<D> &support, const BoxPart<D> &part,
-                          const rve::FixedScale &scale, double mass, const Vec<D> &velocity,
-                          Sums sums, int first)
-{
-  constexpr int C = width_of<D>(KIND);
-  if (part.is_ring) {
-    const double over_radius = mass * velocity[0] * part.share() / part.radius;
-    each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
-      const double radius = part.first_radius + place[0] / support.per_cell;
-      add_to(sums, static_cast<std::size_t>(support.node(place)) * C + first,
-             scale.integer(over_radius * radius * support.value(place)));
-    });
-  }
-  for (int c = part.is_ring ? 1 : 0; c < D; ++c)
-    give<KIND>(support, part, scale, mass * velocity[c], sums, first + c);
-}
-/// Bound of the shares of give_momentum(), relative to the momentum of the point: N_I r_I/r_p is at
-/// most 1 + l²/3 r_p², where the half size l of the box is at most r_p.
-template <int D> RVE_HD double momentum_share_bound(const StepView<D> &step)
-{
-  return step.is_axisymmetric() ? 4.0 / 3.0 : 1.0;
 }
 
 /// Returns Σ_I N_I(x_p) field_I.

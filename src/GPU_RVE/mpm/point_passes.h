@@ -145,8 +145,7 @@ template <int D> struct PreparePoint : PointPass<D> {
       step.support[p] = support_of(step.grid, step.shape, x, half);
     }
     tally.raise(MassBound, point.mass);
-    tally.raise(MomentumBound,
-                momentum_share_bound(step) * point.mass * largest<D>(point.velocity.component));
+    tally.raise(MomentumBound, point.mass * largest<D>(point.velocity.component));
     if (bounds_forces)
       raise_force_bounds(step, p, point.stress, point.volume, point.body_force.component, tally);
     if (step.mean_dilation) tally.raise(VolumeBound, volume_bound(step, p, point.volume));
@@ -175,9 +174,8 @@ template <int D> struct BoundForces : PointPass<D> {
 
 /// Moves points: x += dt Σ N v, v = flip (v + Σ N Δv) + (1 - flip) Σ N v. The sums are over nodes
 /// with the shape function N, velocity v and velocity change Δv. Rigid points move with their body.
-/// The middle of a ring moves with the velocity there, so that its radius grows with its hoop
-/// strain. Its axial velocity is the mean over its volume, and its radial velocity that in the
-/// middle (give_momentum).
+/// The velocity of a ring is the mean over its volume, but the middle of its box moves with the
+/// velocity there, so that its radius grows with its hoop strain.
 template <int D> struct AdvancePoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -198,20 +196,16 @@ template <int D> struct AdvancePoint : PointPass<D> {
       }
       return;
     }
-    Vec<D> grid_velocity = gathered(step, p, step.velocity);
-    Vec<D> change = gathered(step, p, step.velocity_change);
+    const Vec<D> grid_velocity = gathered(step, p, step.velocity);
+    const Vec<D> change = gathered(step, p, step.velocity_change);
     Vec<D> of_centre = grid_velocity;
-    if (step.is_axisymmetric()) {
-      of_centre = x[0] * gathered_over_radius(step, p, step.velocity);
-      grid_velocity[0] = of_centre[0];
-      change[0] = x[0] * gathered_over_radius(step, p, step.velocity_change)[0];
-    }
+    if (step.is_axisymmetric()) of_centre = x[0] * gathered_over_radius(step, p, step.velocity);
     for (int c = 0; c < D; ++c) {
       x[c] += step.dt * of_centre[c];
       v[c] = step.flip * (v[c] + change[c]) + (1.0 - step.flip) * grid_velocity[c];
     }
     if (!are_finite<D>(v)) tally.error(p, ErrorCode::Velocity);
-    tally.raise(MomentumAgainBound, momentum_share_bound(step) * points.mass[p] * largest<D>(v));
+    tally.raise(MomentumAgainBound, points.mass[p] * largest<D>(v));
   }
 
  private:

@@ -81,16 +81,19 @@ RVE_HD inline AxisWeights gimp_weights(double xi, double half)
   return weights;
 }
 
-/// GIMP weights of a ring about the axis r = 0: the hat function N and its derivative, averaged over
-/// [xi - half, xi + half] with the weight r. `radius` is the radius of the middle of the ring, at
-/// least `half` [cells]. The averages are those of gimp_weights() plus corrections, which are odd in
-/// xi - xi_I for the value and even for the slope (Nairn & Guilkey 2015, Int. J. Numer. Meth. Engng
-/// 101, 127). At the distance d from the node, with e = 1 - d, they are
-///   d < half              value d (d² - 3 half²) / (6 half r)           slope (d² - half²) / (2 half r)
-///   half <= d < 1 - half  value -half² / (3 r)                          slope 0
-///   d < 1 + half          value (e + half)² (e - 2 half) / (12 half r)  slope (half² - e²) / (4 half r)
-/// The mean of N/r with the same weight, for hoop strains, is the value of gimp_weights() divided by
-/// r.
+/// GIMP weights of a ring about the axis r = 0: the hat function N and its derivative, averaged
+/// over [xi - half, xi + half] with the weight r. `radius` is the radius of the middle of the ring,
+/// at least `half` [cells]. The averages are those of gimp_weights() plus corrections, which are
+/// odd in xi - xi_I for the value and even for the slope (Nairn & Guilkey 2015, Int. J. Numer.
+/// Meth. Engng 101, 127). At the distance d from the node, with e = 1 - d, they are
+///   d < half              value d (d² - 3 half²) / (6 half r)
+///                         slope (d² - half²) / (2 half r)
+///   half <= d < 1 - half  value -half² / (3 r)
+///                         slope 0
+///   d < 1 + half          value (e + half)² (e - 2 half) / (12 half r)
+///                         slope (half² - e²) / (4 half r)
+/// The mean of N/r with the same weight, for hoop strains, is the value of gimp_weights() divided
+/// by r.
 RVE_HD inline AxisWeights ring_weights(double xi, double half, double radius)
 {
   AxisWeights weights = gimp_weights(xi, half);

@@ -41,8 +41,8 @@ template <int D> class StressUpdate {
   /// need begin().
   bool launch();
   /// Begins an update over `dt` [time] by increments on the host, for laws that launch() has not
-  /// launched. `hoop_increment` has the hoop components in axisymmetry and is null otherwise. Returns
-  /// true if finish() must wait for stresses.
+  /// launched. `hoop_increment` has the hoop components in axisymmetry and is null otherwise.
+  /// Returns true if finish() must wait for stresses.
   bool begin(const Tensor<D> *increment, double dt, const double *hoop_increment = nullptr);
   /// Returns rve::Request::needs_host() of the update on the device. Returns null if no update runs
   /// on a device or if points have several laws.

@@ -29,7 +29,8 @@ template <int D> struct Inertia {
     const Vec<D> velocity = first_of<D>(step.points.velocity[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
       give<KIND>(support, part, mass_scale, mass, sums, 0);
-      give_momentum<KIND>(support, part, momentum_scale, mass, velocity, sums, 1);
+      for (int c = 0; c < D; ++c)
+        give<KIND>(support, part, momentum_scale, mass * velocity[c], sums, 1 + c);
     });
   }
   RVE_HD void take(const StepView<D> &step, int n) const
@@ -116,7 +117,7 @@ template <int D> struct MomentumAgain {
     const double mass = step.points.mass[p];
     const Vec<D> velocity = first_of<D>(step.points.velocity[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
-      give_momentum<KIND>(support, part, scale, mass, velocity, sums, 0);
+      for (int c = 0; c < D; ++c) give<KIND>(support, part, scale, mass * velocity[c], sums, c);
     });
   }
   RVE_HD void take(const StepView<D> &step, int n) const
