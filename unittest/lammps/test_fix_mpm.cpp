@@ -867,8 +867,8 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   const std::size_t head = place_of_head(text, 3.0);
   double length;
   std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
-  // The record of an atom begins with its number of values, 28, and the step.
-  const auto record = text.find(bytes_of(28.0) + bytes_of(3.0));
+  // The record of an atom begins with its number of values, 29, and the step.
+  const auto record = text.find(bytes_of(29.0) + bytes_of(3.0));
   ASSERT_NE(record, std::string::npos);
 
   // The loop covers every bit of the versions, lengths and sizes, and every seventh bit of the
@@ -887,7 +887,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
     return silent;
   };
   EXPECT_EQ(count_silent(head, head + (std::size_t) length * sizeof(double)), 0);
-  EXPECT_EQ(count_silent(record, record + 28 * sizeof(double)), 0);
+  EXPECT_EQ(count_silent(record, record + 29 * sizeof(double)), 0);
   std::remove(path.c_str());
 }
 

@@ -16,6 +16,8 @@
 using mpm::Face;
 using mpm::ShapeFunction;
 using mpm::Vec2;
+using mpm_test::pressed_ground;
+using mpm_test::RingMethod;
 using mpm_test::Scene;
 using mpm_test::TURN;
 using Solver = mpm::MpmSolver<2>;
@@ -288,100 +290,24 @@ TEST(AxisymmetricLaws, HaveTheBitsOfTheLawsInSpace)
 
 namespace {
 
-struct Method {
-  mpm::Scheme scheme;
-  ShapeFunction shape;
-  bool mean_dilation;
-};
-
-/// Returns the fields of all points after some steps of ground under weight and a pressure, into
-/// which a disk with friction is pressed. Ranks and threads share the points.
-std::vector<double> pressed_ground(const Method &method, int ranks, int threads)
-{
-  Scene whole;
-  whole.add_block({{0.0, 0.0}}, {{1.2, 0.8}}, 0.05, 2000.0);
-  const int ground = whole.size();
-  whole.add_block({{0.0, 0.8}}, {{0.4, 0.9}}, 0.1, 2000.0);
-  mpm_test::make_rings(whole);
-  for (int p = 0; p < whole.size(); ++p) {
-    if (p >= ground) whole.rigid_body[p] = 0;
-    whole.velocity[3 * p] = 0.01 * whole.position[3 * p] * std::sin(1.7 * p);
-    whole.velocity[3 * p + 1] = 0.01 * std::cos(0.9 * p);
-    whole.body_force[3 * p + 1] = -9.81 * whole.mass[p];
-    whole.stress[p] = {{-10e3, 0.0, 0.0, -20e3}};
-    whole.hoop_stress[p] = -10e3;
-  }
-  mpm::AxisymmetricLaw law(std::make_shared<mpm::MohrCoulomb<3>>(2e7, 0.3, 5e3, 25.0, 0.0));
-  whole.begin_memory(law);
-  mpm::SolverOptions<2> options = mpm_test::ring_options({{0.0, 0.0}}, {{1.5, 1.2}}, 0.1);
-  options.scheme = method.scheme;
-  options.shape = method.shape;
-  options.mean_dilation = method.mean_dilation;
-  options.flip = 0.99;
-  options.threads = threads;
-  options.sides[static_cast<int>(Face::YLo)] = mpm::SideKind::Fixed;
-  options.dashpots[static_cast<int>(Face::XHi)] = {100.0, 50.0};
-  options.rigid_bodies.resize(1);
-  options.rigid_bodies[0].form = mpm::BodyForm::Box;
-  options.rigid_bodies[0].rough = false;
-  options.rigid_bodies[0].friction = 0.3;
-  std::vector<double> fields(14 * whole.size());
-  mpm_test::RankTeam team(ranks);
-  team.run([&](int rank, const mpm::Communication &communication) {
-    std::vector<int> mine;
-    for (int p = 0; p < whole.size(); ++p)
-      if ((p / 7) % ranks == rank) mine.push_back(p);
-    Scene scene = whole.selected(mine);
-    mpm::AxisymmetricLaw own = law;
-    Solver solver(options, communication);
-    solver.set_models({&own});
-    std::vector<mpm::TractionLoad<2>> loads(1);
-    loads[0].face = Face::XHi;
-    loads[0].follows = true;
-    loads[0].traction = {{-10e3, 0.0}};
-    for (int p = 0; p < scene.size(); ++p)
-      if (scene.rigid_body[p] < 0 && scene.position[3 * p] > 1.15)
-        loads[0].point_index.push_back(p);
-    const double rates[] = {0.0, -0.2, 0.0};
-    solver.rigid_bodies().set_rates(0, rates);
-    for (int step = 0; step < 20; ++step) solver.step(scene.view(), loads, 2e-4);
-    solver.fetch(scene.view());
-    for (int p = 0; p < scene.size(); ++p) {
-      double *to = fields.data() + 14 * (scene.id[p] - 1);
-      for (int a = 0; a < 2; ++a) {
-        *to++ = scene.position[3 * p + a];
-        *to++ = scene.velocity[3 * p + a];
-      }
-      *to++ = scene.volume[p];
-      *to++ = scene.hoop_stress[p];
-      for (const double component : scene.stress[p].component) *to++ = component;
-      for (const double component : scene.deformation_gradient[p].component) *to++ = component;
-    }
-  });
-  return fields;
-}
-
-class BitsOfRings : public testing::TestWithParam<Method> {};
+class BitsOfRings : public testing::TestWithParam<RingMethod> {};
 
 }    // namespace
 
 TEST_P(BitsOfRings, DoNotDependOnRanksAndThreads)
 {
-  const std::vector<double> one = pressed_ground(GetParam(), 1, 1);
+  const std::vector<double> one = pressed_ground(GetParam(), 1, 1, mpm::Device::Cpu);
   for (const double field : one) ASSERT_TRUE(std::isfinite(field));
   for (const int ranks : {1, 2, 3})
     for (const int threads : {1, 3}) {
-      const std::vector<double> other = pressed_ground(GetParam(), ranks, threads);
+      const std::vector<double> other =
+          pressed_ground(GetParam(), ranks, threads, mpm::Device::Cpu);
       EXPECT_EQ(std::memcmp(one.data(), other.data(), one.size() * sizeof(double)), 0)
           << ranks << " ranks, " << threads << " threads";
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, BitsOfRings,
-                         testing::Values(Method{mpm::Scheme::Musl, ShapeFunction::Gimp, false},
-                                         Method{mpm::Scheme::Usavg, ShapeFunction::Cpgimp, true},
-                                         Method{mpm::Scheme::Musl, ShapeFunction::Cpgimp, false},
-                                         Method{mpm::Scheme::Usavg, ShapeFunction::Gimp, true}));
+INSTANTIATE_TEST_SUITE_P(Methods, BitsOfRings, testing::ValuesIn(mpm_test::RING_METHODS));
 
 namespace {
 
