@@ -3,6 +3,7 @@
 #include "fix_mpm_jobs.h"
 
 #include "rve/core/checksum.h"
+#include "rve/core/pi.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -76,15 +77,16 @@ std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
 /// Adds a share to the member `by` of each cell that the box of point i meets: the part of the
 /// volume of the cell that the box fills. The box has the volume of the point. Its sides are
 /// parallel to the axes and proportional to the initial sides times the diagonal of the deformation
-/// gradient.
+/// gradient. The cross-section of a ring counts in axisymmetry.
 template <int D>
-void fill(const mpm::Grid<D> &grid, const mpm::PointView<D> &points, int i, double CellShare::*by,
-          CellShares &filled)
+void fill(const mpm::Grid<D> &grid, const mpm::PointView<D> &points, bool axisymmetric, int i,
+          double CellShare::*by, CellShares &filled)
 {
   const mpm::Tensor<D> &f = points.deformation_gradient[i];
   const mpm::Vec<D> &half_size = points.half_size[i];
   double boxed = 1.0;
   for (int a = 0; a < D; a++) boxed *= 2.0 * half_size[a] * std::fabs(f(a, a));
+  if (axisymmetric) boxed *= 2.0 * rve::kPi * points.position[i][0];
   const double ratio = boxed > 0.0 ? points.volume[i] / boxed : 0.0;
   const double scale = D == 2 ? std::sqrt(ratio) : std::cbrt(ratio);
   mpm::NodeBox<D> cells;
@@ -187,12 +189,13 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return;
   const mpm::Grid<D> &grid = setup.solver->grid();
+  const bool axisymmetric = setup.settings.options.axisymmetric;
   CellShares filled;    // shares by points of this rank
-  for (const int i : made) fill(grid, points, i, &CellShare::by_new, filled);
+  for (const int i : made) fill(grid, points, axisymmetric, i, &CellShare::by_new, filled);
   bigint deformable = 0;
   for (int i = 0; i < atom->nlocal; i++) {
     if (points.rigid_body[i] >= 0) continue;
-    fill(grid, points, i, &CellShare::by_all, filled);
+    fill(grid, points, axisymmetric, i, &CellShare::by_all, filled);
     deformable++;
   }
   MPI_Allreduce(MPI_IN_PLACE, &deformable, 1, MPI_LMP_BIGINT, MPI_SUM, world);

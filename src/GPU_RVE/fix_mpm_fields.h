@@ -31,7 +31,7 @@ template <int D> struct MpmFields : mpm::PointArrays<D> {
     double remembering = NO_LAW;
   };
   static constexpr int DOUBLES = sizeof(Record) / sizeof(double);
-  static_assert(MPM_RESTART_VERSION == 8 && DOUBLES == (D == 2 ? 20 : 37),
+  static_assert(MPM_RESTART_VERSION == 9 && DOUBLES == (D == 2 ? 21 : 37),
                 "restart files change: raise their version");
 
   void resize_fields(int count)
@@ -60,6 +60,22 @@ template <int D> struct MpmFields : mpm::PointArrays<D> {
     Record record;
     memcpy(static_cast<void *>(&record), buf, sizeof(record));
     set_point(i, record);
+  }
+
+  /// Returns the stress of an axisymmetric point; the third axis is the hoop direction [stress].
+  rve::Tensor3 with_hoop_stress(int i) const
+  {
+    rve::Tensor3 stress = rve::in_plane_strain<3>(this->stress[i]);
+    if constexpr (D == 2) stress(2, 2) = this->hoop_stress[i];
+    return stress;
+  }
+  /// Returns the deformation gradient of an axisymmetric point.
+  rve::Tensor3 with_hoop_stretch(int i) const
+  {
+    const mpm::Tensor<D> &in_plane = this->deformation_gradient[i];
+    rve::Tensor3 F = rve::in_plane_strain<3>(in_plane);
+    if (D == 2) F(2, 2) = this->volume[i] / (this->initial_volume[i] * determinant(in_plane));
+    return F;
   }
 
   /// Returns the scalar field with this name and its unit, or null if there is none.

@@ -82,6 +82,8 @@ template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
     law_of_model.push_back(
         layout.add(model.word, model.law ? model.law->state_variables() : mpm::StateVariables()));
   for (const std::string &name : settings.columns) {
+    if (name == "hoop_stress" && !settings.options.axisymmetric)
+      error->all(FLERR, "fix mpm {}: column hoop_stress needs axisymmetric yes", fix->id);
     rve::Words known;
     auto [field, unit] = Fields::number_field(name);
     for (int law = 0; law < layout.num_laws(); law++)
@@ -99,8 +101,10 @@ template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
       utils::logmesg(lmp, "fix mpm {}: column {} is {}{}\n", fix->id, num_columns(), name,
                      unit.empty() ? unit : " [" + unit + "]");
   }
-  for (const std::string &name : state_columns)
-    field_columns.push_back(Fields::number_field(name).first);
+  for (const std::string &name : state_columns) {
+    const bool is_hoop = settings.options.axisymmetric && name == "out_of_plane_stress";
+    field_columns.push_back(Fields::number_field(is_hoop ? "hoop_stress" : name).first);
+  }
   for (int law = 0; law < layout.num_laws(); law++) {
     index_of_law.emplace_back();
     for (const std::string &name : state_columns)
@@ -269,12 +273,24 @@ template <int D> void FixMpm::ImplOf<D>::begin_in_situ(const std::vector<int> &m
     const int i = made[n];
     stress[i] = starts[n].stress;
     begin_memory(i);
-    mass[i] = starts[n].density * settings.initial_volume;
+    begin_hoop_stress(i, starts[n].across_plane);
+    mass[i] = starts[n].density * initial_volume[i];
     if (!starts[n].across_plane) continue;
     const int place = layout.place((int) remembering[i], "out_of_plane_stress");
     if (place >= 0) memory_of(i)[place] = *starts[n].across_plane;
   }
   ground.check_strength(points(), made);
+}
+
+template <int D>
+void FixMpm::ImplOf<D>::begin_hoop_stress(int i, const std::optional<double> &across_plane)
+{
+  if constexpr (D == 2) {
+    if (!settings.options.axisymmetric) return;
+    const FixRve *source = grains[model[i]];
+    this->hoop_stress[i] = source ? hoop_stress_of(*source, i)
+                                  : across_plane.value_or(stress[i](0, 0));
+  }
 }
 
 template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
@@ -307,12 +323,18 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
     reference[i][a] = atom->x[i][a];
     half_size[i][a] = half;
   }
-  initial_volume[i] = volume[i] = settings.initial_volume;
+  if (settings.options.axisymmetric && !(atom->x[i][0] > 0.0))
+    error->one(FLERR,
+               "fix mpm {}: atom {} has the radius x = {} [length]; it must be above 0, because an "
+               "axisymmetric point is a ring about the axis x = 0",
+               fix->id, atom->tag[i], atom->x[i][0]);
+  initial_volume[i] = volume[i] = settings.initial_volume_at(atom->x[i]);
   if (!rigid) stress[i] = source ? stress_of<D>(*source, i) : settings.initial_stress;
   if (!rigid) begin_memory(i);
+  if (!rigid) begin_hoop_stress(i, {});
   const double density = this->density_of(points(), i);
   if (density > 0.0)
-    mass[i] = density * settings.initial_volume;
+    mass[i] = density * initial_volume[i];
   else if (rigid)
     mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
   else
@@ -406,6 +428,17 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
   loads.solve(points(), advance);
 }
 
+template <int D>
+template <class Matrix>
+void FixMpm::ImplOf<D>::fill_measures(double *row, const Matrix &sigma, const Matrix &F)
+{
+  const int axes = (int) rve::trace(Matrix::identity());
+  row[P] = -trace(sigma) / axes;
+  row[Q] = mpm::deviatoric_stress(sigma);
+  row[EPS_V] = trace(F) - axes;
+  row[EPS_Q] = mpm::deviatoric_strain(F);
+}
+
 template <int D> void FixMpm::ImplOf<D>::fill_output()
 {
   fetch_points();
@@ -423,10 +456,10 @@ template <int D> void FixMpm::ImplOf<D>::fill_output()
       row[SXX + a] = sigma(a, a);
       for (int b = a + 1; b < D; b++) *shear++ = 0.5 * (sigma(a, b) + sigma(b, a));
     }
-    row[P] = -trace(sigma) / D;
-    row[Q] = mpm::deviatoric_stress(sigma);
-    row[EPS_V] = trace(F) - D;
-    row[EPS_Q] = mpm::deviatoric_strain(F);
+    if (settings.options.axisymmetric)
+      fill_measures(row, this->with_hoop_stress(i), this->with_hoop_stretch(i));
+    else
+      fill_measures(row, sigma, F);
     row[RHO] = mass[i] / volume[i];
     std::copy_n(F.component, D * D, row + FXX);
     const bool remembers = body[i] < 0 && remembering[i] != NO_LAW;
@@ -594,6 +627,18 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
 {
   const auto then = MpmRestartHead<D>::read(lmp, settings.name(), buf);
   restart_step = then.step;
+  const auto is_axisymmetric = [](const MpmArguments &words) {
+    return std::any_of(words.begin(), words.end(), [](const auto &one) {
+      return one.first == "axisymmetric" &&
+          (one.second == "yes" || one.second == "on" || one.second == "true");
+    });
+  };
+  if (is_axisymmetric(then.words) != settings.options.axisymmetric)
+    error->all(FLERR,
+               "fix mpm {}: axisymmetric is {}, but the run that wrote the restart file had {}; "
+               "volumes and masses of its points do not suit",
+               fix->id, settings.options.axisymmetric ? "yes" : "no",
+               settings.options.axisymmetric ? "no" : "yes");
   law_of_file.clear();
   size_in_file.clear();
   for (const auto &[law, names] : then.laws) find_law(law, names);

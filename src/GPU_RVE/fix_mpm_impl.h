@@ -12,6 +12,7 @@
 #include "mpm/memory_layout.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -157,6 +158,9 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   /// Calls find_members() in a run. Ends with an error if a deformable point has no model, or if
   /// its model consists of RVEs and the point has no RVE.
   void find_members_of_run();
+  /// Initialises the hoop stress of a deformable point in axisymmetry: that of its RVE, or else
+  /// `across_plane`, or else its radial stress.
+  void begin_hoop_stress(int i, const std::optional<double> &across_plane);
   /// Initialises the point of an atom. Returns false if the atom is a material point already.
   bool make_point(int i, bool in_run);
   /// Initialises the points of all new atoms. Returns the new deformable points.
@@ -174,6 +178,9 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   /// Advances the points by one step. If `advance` is false, it evaluates only the forces.
   /// Collective.
   void solve(bool advance);
+  /// Fills the scalar measures of stress and strain in a row of the per-atom output.
+  template <class Matrix>
+  static void fill_measures(double *row, const Matrix &sigma, const Matrix &F);
   /// Fills the per-atom output.
   void fill_output();
   /// Appends an entry to law_of_file and size_in_file for the next law of the restart file. `word`

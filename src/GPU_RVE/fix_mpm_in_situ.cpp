@@ -4,6 +4,7 @@
 
 #include "lammps/mpm_communication.h"
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 #include "rve/engine/finite_strain.h"
 
 #include "atom.h"
@@ -152,6 +153,9 @@ template <int D> auto MpmGround<D>::goals_by_components(const Atoms &made) const
     }
     if (!rve::finite(sigma)) wrong.add(atom->tag[i], {sigma(0, 0), sigma(1, 1), sigma(0, 1)});
     goals.push_back(macro::StressGoal::of<D>(sigma));
+    if (!setup.settings.options.axisymmetric) continue;
+    goals.back().stress(2, 2) = sigma(0, 0);    // lateral stresses are equal
+    goals.back().steered[2][2] = true;
   }
   wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
     return fmt::format(
@@ -279,8 +283,10 @@ void MpmGround<D>::report_grains(const macro::InSituReport &report, int rounds) 
 
 template <int D> double MpmGround<D>::cell_volume() const
 {
-  const double h = setup.solver->grid().cell_size();
-  return setup.settings.options.thickness * (D == 2 ? h * h : h * h * h);
+  const mpm::SolverOptions<D> &options = setup.settings.options;
+  const double h = options.cell_size;
+  if (options.axisymmetric) return 2.0 * rve::kPi * options.hi[0] * h * h;
+  return options.thickness * (D == 2 ? h * h : h * h * h);
 }
 
 template <int D> void MpmGround<D>::check_strength(const Points &points, const Atoms &made)
@@ -290,6 +296,9 @@ template <int D> void MpmGround<D>::check_strength(const Points &points, const A
   std::vector<double> remembered(points.memory,
                                  points.memory + (std::size_t) points.count * points.memory_width);
   const std::vector<Tensor> none(points.count, Tensor::identity());
+  const std::vector<double> no_hoop(points.count, 1.0);
+  std::vector<double> hoop_after;
+  if constexpr (D == 2) hoop_after.assign(points.hoop_stress, points.hoop_stress + points.count);
   bigint beyond = 0;
   tagint lowest = MAXTAGINT;
   for (std::size_t k = 0; k < settings.models.size(); k++) {
@@ -299,6 +308,7 @@ template <int D> void MpmGround<D>::check_strength(const Points &points, const A
       if (points.model[i] == (int) k) some.push_back(i);
     if (some.empty()) continue;
     std::sort(some.begin(), some.end());
+    settings.models[k].law->set_hoop({no_hoop.data(), hoop_after.data()});
     settings.models[k].law->update((int) some.size(), some.data(), none.data(), update->dt,
                                    after.data(), {remembered.data(), points.memory_width});
     for (const int i : some) {

@@ -105,6 +105,12 @@ template <int D> mpm::Tensor<D> stress_of(const FixRve &grains, int atom)
   return rve::leading_components<D>(grains.rves_of<3>().point(atom).result.stress);
 }
 
+/// Returns the hoop stress of the RVE of spheres of an atom in axisymmetry [stress].
+inline double hoop_stress_of(const FixRve &grains, int atom)
+{
+  return grains.rves_of<3>().point(atom).result.stress(2, 2);
+}
+
 /// Applies the loads of the script in a step: tractions, and the motion of rigid bodies.
 template <int D> class MpmLoads : protected Pointers {
  public:
@@ -246,7 +252,7 @@ template <int D> class MpmGround : protected Pointers {
   struct Start {
     Tensor stress;     ///< Cauchy stress [stress]
     double density;    ///< [mass/length^3]
-    /// Out-of-plane stress [stress]; only for plane laws that store it as a state variable.
+    /// Out-of-plane stress of a point without an RVE at rest in the plane [stress].
     std::optional<double> across_plane;
   };
   using Starts = std::vector<Start>;

@@ -16,7 +16,7 @@ class LAMMPS;
 
 /// Version of the records of points and bodies in restart files; it increases with every change of
 /// their contents. Files of versions 1 and 2 have no version number.
-constexpr int MPM_RESTART_VERSION = 8;
+constexpr int MPM_RESTART_VERSION = 9;
 
 /// Returns a checksum of `count` numbers, stored in the bits of a double.
 double mpm_checksum(const double *numbers, std::size_t count);

@@ -28,6 +28,11 @@ template <int D> void MpmSetup<D>::find_models()
       if (!grains.back())
         lmp->error->all(FLERR, "fix mpm {}: model {}: fix {} has style {}; it must be rve", fix->id,
                         model.group, model.fix_rve, found->style);
+      if (settings.options.axisymmetric && grains.back()->rves().dimension == 2)
+        lmp->error->all(FLERR,
+                        "fix mpm {}: model {}: the RVEs of fix {} are disks, which have no hoop "
+                        "strain and no hoop stress; axisymmetric yes needs RVEs of spheres",
+                        fix->id, model.group, model.fix_rve);
     }
     laws.push_back(model.law ? model.law.get() : grains.back()->template constitutive<D>());
   }

@@ -811,10 +811,10 @@ std::string bytes_of(double value)
 /// numbers: negative version, length, checksum and step.
 std::size_t place_of_head(const std::string &text, double step)
 {
-  std::size_t place = text.find(bytes_of(-8.0));
+  std::size_t place = text.find(bytes_of(-9.0));
   while (place != std::string::npos &&
          text.compare(place + 3 * sizeof(double), sizeof(double), bytes_of(step)) != 0)
-    place = text.find(bytes_of(-8.0), place + 1);
+    place = text.find(bytes_of(-9.0), place + 1);
   EXPECT_NE(place, std::string::npos);
   return place;
 }
@@ -838,18 +838,19 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(place, sizeof(double), bytes_of(version));
     return message_of(read);
   };
-  const std::string newer = message_with(-9.0), none = message_with(1.0), torn = message_with(-8.5);
+  const std::string newer = message_with(-10.0), none = message_with(1.0),
+                    torn = message_with(-9.5);
   std::remove(path.c_str());
 
   EXPECT_NE(
       newer.find(
-          "the restart file has version 9 of the data of this fix; this program reads version 8"),
+          "the restart file has version 10 of the data of this fix; this program reads version 9"),
       std::string::npos)
       << newer;
-  EXPECT_NE(none.find("has version 1 or 2 of the data of this fix; this program reads version 8"),
+  EXPECT_NE(none.find("has version 1 or 2 of the data of this fix; this program reads version 9"),
             std::string::npos)
       << none;
-  EXPECT_NE(torn.find("is damaged: it begins with -8.5 instead of the version -8"),
+  EXPECT_NE(torn.find("is damaged: it begins with -9.5 instead of the version -9"),
             std::string::npos)
       << torn;
 }
@@ -866,8 +867,8 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   const std::size_t head = place_of_head(text, 3.0);
   double length;
   std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
-  // The record of an atom begins with its number of values, 28, and the step.
-  const auto record = text.find(bytes_of(28.0) + bytes_of(3.0));
+  // The record of an atom begins with its number of values, 29, and the step.
+  const auto record = text.find(bytes_of(29.0) + bytes_of(3.0));
   ASSERT_NE(record, std::string::npos);
 
   // The loop covers every bit of the versions, lengths and sizes, and every seventh bit of the
@@ -886,7 +887,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
     return silent;
   };
   EXPECT_EQ(count_silent(head, head + (std::size_t) length * sizeof(double)), 0);
-  EXPECT_EQ(count_silent(record, record + 28 * sizeof(double)), 0);
+  EXPECT_EQ(count_silent(record, record + 29 * sizeof(double)), 0);
   std::remove(path.c_str());
 }
 

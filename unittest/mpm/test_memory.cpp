@@ -120,7 +120,8 @@ TEST(PointFields, AreCopiedBetweenRecordsAndVisibleInAView)
   EXPECT_EQ(view.half_size[0][0], 1.0);
   EXPECT_EQ(view.mass[0], 3.0);
   EXPECT_EQ(view.volume[0], 5.0);
-  EXPECT_EQ(view.velocity_gradient[0](1, 1), number - 1.0) << "each field has a row in the list";
+  EXPECT_EQ(view.velocity_gradient[0](1, 1), number - 2.0);
+  EXPECT_EQ(view.hoop_stress[0], number - 1.0) << "each field has a row in the list";
   view.volume[0] = 7.0;
   EXPECT_EQ(points.record(0).volume, 7.0);
 }

@@ -2,6 +2,7 @@
 // CPU threads and a CUDA device give the same bits. Skipped without a device, unless
 // GPU_RVE_REQUIRE_CUDA=1.
 
+#include "rings.h"
 #include "scene.h"
 #include "turning_bodies.h"
 
@@ -398,6 +399,14 @@ template <int D> void expect_same_bits_of_turning_bodies(mpm::BodyForm form, int
 }
 
 }    // namespace
+
+TEST_F(OnDevice, GivesTheSameBitsInAxisymmetry)
+{
+  for (const mpm_test::RingMethod &method : mpm_test::RING_METHODS)
+    for (const int ranks : {1, 2})
+      EXPECT_TRUE(same_bits(mpm_test::pressed_ground(method, 1, 2, mpm::Device::Cpu),
+                            mpm_test::pressed_ground(method, ranks, 2, mpm::Device::Cuda)));
+}
 
 TEST_F(OnDevice, GivesTheSameBitsWithRotatingBodies)
 {

@@ -3,6 +3,7 @@
 #include "lammps/mpm_models.h"
 
 #include "lammps/collective_error.h"
+#include "mpm/axisymmetric_law.h"
 #include "mpm/law_table.h"
 #include "rve/core/error.h"
 
@@ -21,6 +22,23 @@ template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
                        [&](const mpm::LawEntry<D> &entry) { return entry.word == model.word; });
 }
 
+/// Makes the law of a model with these arguments. Axisymmetric laws are those in space with the
+/// hoop direction as third axis. Throws rve::InputError for wrong arguments.
+template <int D>
+std::shared_ptr<mpm::Constitutive<D>> make_law(const MpmModel<D> &model, const double *arguments)
+{
+  if constexpr (D == 2)
+    if (model.axisymmetric) {
+      for (const mpm::LawEntry<3> &entry : mpm::law_table<3>())
+        if (entry.word == model.word)
+          return std::make_shared<mpm::AxisymmetricLaw>(entry.make(arguments));
+      throw rve::InputError(fmt::format(
+          "model {}: the law {} has no form in three dimensions, which axisymmetry needs",
+          model.group, model.word));
+    }
+  return entry_of(model).make(arguments);
+}
+
 /// Returns the law arguments of a model after its strength reduction.
 template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
 {
@@ -37,7 +55,7 @@ template <int D> void read_parameters(ScriptArguments &words, MpmModel<D> &model
   model.strength_reduction = 1.0;
   for (const std::string &name : entry.arguments)
     model.arguments.push_back(words.number(entry.word + " " + name));
-  model.law = entry.make(model.arguments.data());
+  model.law = make_law(model, model.arguments.data());
 }
 
 /// Reads the group of fix_modify and returns its model. A model of RVEs is an error.
@@ -90,7 +108,7 @@ template <int D> void modify_strength(ScriptArguments &words, std::vector<MpmMod
     words.refuse(fmt::format("strength_reduction {} is {} [-]; it must be from {} to {}",
                              model.group, rve::number(factor), LEAST_REDUCTION, MOST_REDUCTION));
   model.strength_reduction = factor;
-  model.law = entry_of(model).make(reduced_arguments(model).data());
+  model.law = make_law(model, reduced_arguments(model).data());
 }
 
 template <int D>
@@ -120,6 +138,12 @@ template <int D> MpmModel<D> MpmModel<D>::read(ScriptArguments &words)
   else
     read_parameters(words, model);
   return model;
+}
+
+template <int D> void MpmModel<D>::set_axisymmetric()
+{
+  axisymmetric = true;
+  if (law) law = make_law(*this, reduced_arguments(*this).data());
 }
 
 template <int D>

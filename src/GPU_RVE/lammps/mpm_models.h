@@ -28,11 +28,14 @@ template <int D> struct MpmModel {
   std::vector<double> arguments;                ///< arguments of the law before strength reduction
   double strength_reduction = 1.0;              ///< factor by which the strength is divided [-]
   bool is_modified = false;                     ///< true after a change by fix_modify
+  bool axisymmetric = false;                    ///< the law is an axisymmetric one
   /// Density [mass/length^3]. 0: the density of the RVEs. No value: MpmSettings::density.
   std::optional<double> density;
 
   /// Reads the values of the keyword *model*. An error ends in error->all.
   static MpmModel read(ScriptArguments &words);
+  /// Replaces the law by its axisymmetric form. Throws rve::InputError if there is none.
+  void set_axisymmetric();
   /// Returns `models` with the changes of `fix_modify ID ...`, whose words after the ID are `arg`.
   /// An error ends in error->all.
   static std::vector<MpmModel> modified(LAMMPS *lmp, std::vector<MpmModel> models,

@@ -6,6 +6,7 @@
 #include "lammps/progress.h"
 #include "lammps/rank_resources.h"
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 #include "rve/engine/advice.h"
 
 #include "comm.h"
@@ -400,6 +401,15 @@ template <int D> void read_in_situ(ScriptArguments &words, ParseState<D> &state)
         "insitu needs gravity and k0, or stress alone; it must read: insitu {}", IN_SITU_FORM));
 }
 
+template <int D> void read_axisymmetric(ScriptArguments &words, ParseState<D> &state)
+{
+  state.options.axisymmetric = words.logical();
+  if (D == 3 && state.options.axisymmetric)
+    words.refuse(
+        "axisymmetric is yes, but the model has three dimensions; use dimension 2, where x "
+        "is the radius and y the axial coordinate");
+}
+
 template <int D> void read_cfl(ScriptArguments &words, ParseState<D> &state)
 {
   MpmSettings<D> &s = state.settings;
@@ -452,6 +462,7 @@ const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
     {"scheme", "musl | usavg",
      option(one_of<Scheme>({{"musl", Scheme::Musl}, {"usavg", Scheme::Usavg}}),
             &SolverOptions<D>::scheme)},
+    {"axisymmetric", "yes | no", read_axisymmetric<D>},
     {"flip", "share", option(any_number, &SolverOptions<D>::flip)},
     {"damping", "value", option(any_number, &SolverOptions<D>::damping)},
     {"device", "auto | cpu | cuda", option(one_of(rve::DEVICE_CHOICES), &SolverOptions<D>::device)},
@@ -521,6 +532,8 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
     if (settings.in_situ.given && words.has("stress"))
       lmp->error->all(FLERR, "{}: stress and insitu exclude each other", name);
     check_forms(lmp, state);
+    if (options.axisymmetric)
+      for (MpmModel<D> &model : settings.models) model.set_axisymmetric();
   });
   const std::string only_density = share_density(words, settings);
   // a user can think that this density applies to one model or body only
@@ -547,6 +560,11 @@ template <int D> const char *MpmSettings<D>::name_of_side(int side)
 template <int D> double MpmSettings<D>::width_of_point() const
 {
   return D == 2 ? std::sqrt(initial_volume) : std::cbrt(initial_volume);
+}
+
+template <int D> double MpmSettings<D>::initial_volume_at(const double *x) const
+{
+  return options.axisymmetric ? 2.0 * rve::kPi * x[0] * initial_volume : initial_volume;
 }
 
 template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const

@@ -71,7 +71,7 @@ template <int D> struct MpmSettings {
   /// Density of models and bodies without a density of their own [mass/length^3]. 0: deformable
   /// points have the density of their RVEs, and bodies have the mass of their atoms.
   double density = 0.0;
-  double initial_volume = 0.0;    ///< volume of a point, in the plane its area [length^D]
+  double initial_volume = 0.0;    ///< volume of a new point, in the plane its area [length^D]
   /// Initial stress of points without RVEs [stress].
   mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();
   MpmInSitu<D> in_situ;
@@ -95,6 +95,10 @@ template <int D> struct MpmSettings {
 
   /// Returns the width of a new point, which is a square or a cube [length].
   double width_of_point() const;
+
+  /// Returns the volume of a new point at x: in axisymmetry that of a ring, otherwise
+  /// initial_volume [length^D].
+  double initial_volume_at(const double *x) const;
 
   /// Returns the density that the script gives the points of a model or body [mass/length^3]; 0 if
   /// it gives none.

@@ -49,25 +49,33 @@ class RveConstitutive<D, DimensionOfRves>::Increments final :
 
  public:
   Increments(const std::vector<int> &atoms, const rve::Tensor<double, D> *increment_of,
-             rve::Tensor<double, D> *stress_of) :
+             rve::Tensor<double, D> *stress_of, const mpm::HoopArrays &hoop) :
       atoms_(atoms),
-      increment_of_(increment_of), stress_of_(stress_of)
+      increment_of_(increment_of), stress_of_(stress_of), hoop_(hoop)
   {
   }
 
   Matrix increment(int index) const override
   {
-    return rve::in_plane_strain<DimensionOfRves>(increment_of_[atoms_[index]]);
+    const int atom = atoms_[index];
+    Matrix increment = rve::in_plane_strain<DimensionOfRves>(increment_of_[atom]);
+    if constexpr (DimensionOfRves > D)
+      if (hoop_.increment) increment(D, D) = hoop_.increment[atom];
+    return increment;
   }
   void take_stress(int index, const Matrix &stress) override
   {
-    stress_of_[atoms_[index]] = rve::leading_components<D>(stress);
+    const int atom = atoms_[index];
+    stress_of_[atom] = rve::leading_components<D>(stress);
+    if constexpr (DimensionOfRves > D)
+      if (hoop_.stress) hoop_.stress[atom] = stress(D, D);
   }
 
  private:
   const std::vector<int> &atoms_;
   const rve::Tensor<double, D> *increment_of_;
   rve::Tensor<double, D> *stress_of_;
+  mpm::HoopArrays hoop_;
 };
 
 template <int D, int DimensionOfRves>
@@ -105,7 +113,7 @@ void RveConstitutive<D, DimensionOfRves>::set_increments(int count, const int *p
   owner.finish();    // RVEs of the other dimension may be under way
   const RveClock clock = owner.clock(dt);
   if (!is_as_before) atoms.assign(point_index, point_index + count);
-  increments = std::make_shared<Increments>(atoms, increment_of, stress_of);
+  increments = std::make_shared<Increments>(atoms, increment_of, stress_of, hoop);
   increments->dt = clock.dt;
   increments->substeps = clock.substeps;
 }
@@ -123,6 +131,8 @@ rve::Request *RveConstitutive<D, DimensionOfRves>::plan(int count, const int *po
   // a tensor is an array of its components
   there.increment = reinterpret_cast<const double *>(arrays.deformation_increment);
   there.stress = reinterpret_cast<double *>(arrays.stress);
+  there.hoop_increment = arrays.hoop.increment;
+  there.hoop_stress = arrays.hoop.stress;
   return owner.plan(atoms, is_as_before, there, *increments);
 }
 

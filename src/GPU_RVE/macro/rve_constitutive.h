@@ -48,7 +48,8 @@ template <int D> class RveOwner {
 };
 
 /// Constitutive law of a continuum of D dimensions. RVEs of spheres in a plane continuum are in
-/// plane strain.
+/// plane strain, or in axisymmetry if hoop components are set; their third axis is then the hoop
+/// direction.
 template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Constitutive<D> {
   using Owner = RveOwner<DimensionOfRves>;
 
@@ -67,6 +68,8 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
   void copy_stresses_to_host() override;
   void expect_update(int count, const int *point_index) override;
   void synchronise_ranks() override { owner.synchronise_ranks(); }
+  bool takes_hoop() const override { return D == 2 && DimensionOfRves == 3; }
+  void set_hoop(const mpm::HoopArrays &arrays) override { hoop = arrays; }
 
   void expect_questions() override { owner.complete(); }
   /// Estimate of the P-wave modulus [stress]: Voigt's upper bound times the factor that
@@ -91,6 +94,7 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
   // arguments of the last update
   std::vector<int> atoms;
   std::shared_ptr<Increments> increments;
+  mpm::HoopArrays hoop;         ///< of the next update
   bool is_as_before = false;    ///< the expected update has the same points as the last one
   double wave_share = 1.0;
 };

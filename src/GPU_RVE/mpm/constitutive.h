@@ -30,11 +30,18 @@ struct MemoryRows {
   double *operator[](int p) const { return first + static_cast<std::ptrdiff_t>(p) * width; }
 };
 
+/// Hoop components of all local points in axisymmetry; null otherwise.
+struct HoopArrays {
+  const double *increment = nullptr;    ///< hoop component of ΔF [-]
+  double *stress = nullptr;             ///< tension positive [stress]
+};
+
 /// Arrays of all local points in the memory of a CUDA device.
 template <int D> struct DeviceArrays {
   int device = -1;    ///< CUDA device number; -1: there are no such arrays
   const rve::Tensor<double, D> *deformation_increment = nullptr;
   rve::Tensor<double, D> *stress = nullptr;
+  HoopArrays hoop = {};
 };
 
 /// A constitutive law of points in D dimensions.
@@ -94,6 +101,12 @@ template <int D> class Constitutive {
   /// Does the work of the law that needs all ranks, such as log notes and checks. Collective;
   /// called after the last update has finished.
   virtual void synchronise_ranks() {}
+
+  /// True if the law updates hoop stresses after set_hoop().
+  virtual bool takes_hoop() const { return false; }
+  /// Sets the hoop components on the host for the next updates. Null pointers end axisymmetry. The
+  /// arrays must keep their addresses until the updates have finished.
+  virtual void set_hoop(const HoopArrays & /*hoop*/) {}
 
   /// True if several threads may call update() at the same time for different points.
   virtual bool takes_parts() const { return false; }

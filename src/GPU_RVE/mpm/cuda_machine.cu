@@ -274,10 +274,21 @@ namespace {
       use_device();
       return increment_.receive(count_);
     }
+    const double *hoop_increments()
+    {
+      if (!view_.is_axisymmetric()) return nullptr;
+      const Watch watch(transfer_seconds_);
+      submit();
+      use_device();
+      return hoop_increment_.receive(count_);
+    }
     DeviceArrays<D> device_arrays()
     {
       submit();
-      return {device_number_, view_.increment, view_.points.stress};
+      DeviceArrays<D> arrays = {device_number_, view_.increment, view_.points.stress};
+      if constexpr (D == 2)
+        if (view_.is_axisymmetric()) arrays.hoop = {view_.hoop_increment, view_.points.hoop_stress};
+      return arrays;
     }
     void expect_device_stresses() { stresses_are_ahead_ = true; }
 
@@ -287,6 +298,9 @@ namespace {
       const Watch watch(transfer_seconds_);
       stresses_are_ahead_ = false;
       view_.points.stress = send(fields_.stress, host_points_.stress, count_);
+      if constexpr (D == 2)
+        if (view_.is_axisymmetric())
+          view_.points.hoop_stress = send(fields_.hoop_stress, host_points_.hoop_stress, count_);
     }
 
     void fetch(const PointView<D> &points)
@@ -297,7 +311,7 @@ namespace {
       PointFields<D, Buffer>::each(
           [&](const auto &, auto *to, auto &buffer) {
             if constexpr (!std::is_const_v<std::remove_pointer_t<decltype(to)>>)
-              if (stresses_are_ahead_ || static_cast<void *>(to) != points.stress)
+              if (stresses_are_ahead_ || !is_stress(points, to))
                 copy(to, buffer.receive(count_), count_);
           },
           points, fields_);
@@ -330,6 +344,14 @@ namespace {
 
     // arrays in one buffer begin at multiples of this number of doubles
     static constexpr std::size_t ALIGNMENT = 4;
+
+    /// True if a field of points has stresses, which laws can write on the host or on the device.
+    static bool is_stress(const PointView<D> &points, const void *field)
+    {
+      if constexpr (D == 2)
+        if (field == points.hoop_stress) return true;
+      return field == points.stress;
+    }
 
     /// Adds the wall time of a scope to a number [seconds].
     class Watch {
@@ -429,6 +451,7 @@ namespace {
         view_.support = support_.reserve(count);
         if (view_.has_boxes()) view_.box = box_.reserve(count);
         view_.increment = increment_.reserve(count);
+        if (view_.is_axisymmetric()) view_.hoop_increment = hoop_increment_.reserve(count);
         is_ahead_ = false;
         points_are_old_ = false;
       }
@@ -523,6 +546,7 @@ namespace {
     DeviceBuffer<Support<D>> support_;
     DeviceBuffer<PointBox<D>> box_;
     DeviceBuffer<Tensor<D>> increment_;
+    DeviceBuffer<double> hoop_increment_;
     DeviceBuffer<PointLoad<D>> loads_;
     std::vector<PointLoad<D>> load_copy_;
     Findings findings_ = {};

@@ -129,7 +129,7 @@ template <bool HasBoxes, class P> __device__ void leave_out_boxes(P &pass)
 {
   if constexpr (!HasBoxes) {
     if (pass.step.shape != ShapeFunction::Linear) pass.step.shape = ShapeFunction::Gimp;
-    pass.step.mean_dilation = false;
+    pass.step.mean_dilation = pass.step.axisymmetric = false;
   }
 }
 

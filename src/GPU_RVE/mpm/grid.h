@@ -232,6 +232,9 @@ template <int D> class Grid {
     return (coordinate - lo_[axis]) / cell_size_;
   }
 
+  /// Returns the distance from the axis x = 0 [cells] of a scaled x coordinate, for axisymmetry.
+  RVE_HD double radius(double xi) const { return xi + lo_[0] / cell_size_; }
+
   RVE_HD bool contains(const double *position) const
   {
     for (int a = 0; a < D; ++a)

@@ -120,7 +120,8 @@ RVE_HD double deformed_half(const Grid<D> &grid, const Vec<D> &half_size,
 /// grid.
 template <int D>
 RVE_HD PointBox<D> deformed_box(const Grid<D> &grid, const double *position,
-                                const Vec<D> &half_size, const Tensor<D> &deformation)
+                                const Vec<D> &half_size, const Tensor<D> &deformation,
+                                bool axisymmetric = false)
 {
   PointBox<D> box;
   for (int a = 0; a < D; ++a) {
@@ -129,19 +130,35 @@ RVE_HD PointBox<D> deformed_box(const Grid<D> &grid, const double *position,
     const double above = grid.cells(a) - box.place[a];
     const double room = 0.5 + (above < box.place[a] ? above : box.place[a]);
     if (box.half[a] > room) box.half[a] = room;
+    const double radius = grid.radius(box.place[0]);
+    if (axisymmetric && a == 0 && box.half[a] > radius) box.half[a] = radius;
   }
   return box;
 }
 
-/// Weights of a part of a box; `part` has its index along each axis.
+/// Centre and half size of a part of a box along an axis [cells].
+struct PartOfAxis {
+  double xi, half;
+  template <int D>
+  RVE_HD PartOfAxis(const PointBox<D> &box, int axis, int part) :
+      half(box.half[axis] / box.parts(axis))
+  {
+    xi = box.place[axis] - box.half[axis] + (2 * part + 1) * half;
+    if (!(half < 0.5)) half = 0.5;
+  }
+};
+
+/// Weights of a part of a box; `part` has its index along each axis. In axisymmetry they are those
+/// of a ring.
 template <int D>
-RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const int *part)
+RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const int *part,
+                             bool axisymmetric = false)
 {
   Support<D> support;
   for (int a = 0; a < D; ++a) {
-    const double half = box.half[a] / box.parts(a);
-    const double xi = box.place[a] - box.half[a] + (2 * part[a] + 1) * half;
-    support.axis[a] = gimp_weights(xi, half < 0.5 ? half : 0.5);
+    const PartOfAxis at(box, a, part[a]);
+    support.axis[a] = axisymmetric && a == 0 ? ring_weights(at.xi, at.half, grid.radius(at.xi))
+                                             : gimp_weights(at.xi, at.half);
   }
   support.locate(grid);
   return support;

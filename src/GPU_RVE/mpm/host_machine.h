@@ -85,6 +85,7 @@ template <int D> class HostMachine {
     const int count = input.points.count;
     support_.resize(count);
     increment_.resize(count);
+    if (view_.is_axisymmetric()) hoop_increment_.resize(count);
     view_.dt = input.dt;
     view_.points = input.points;
     view_.num_models = input.num_models;
@@ -98,6 +99,7 @@ template <int D> class HostMachine {
     view_.box = box_.data();
     view_.support = support_.data();
     view_.increment = increment_.data();
+    if (view_.is_axisymmetric()) view_.hoop_increment = hoop_increment_.data();
     maxima_.assign(view_.body_maximum(0), 0.0);
     maxima_.resize(view_.num_maxima(), -std::numeric_limits<double>::infinity());
     view_.maximum = maxima_.data();
@@ -148,6 +150,8 @@ template <int D> class HostMachine {
   void expect_device_stresses() {}
   /// ΔF of the points for laws that run on the host.
   const Tensor<D> *increments() const { return increment_.data(); }
+  /// Hoop components of ΔF for laws that run on the host; null without axisymmetry.
+  const double *hoop_increments() const { return view_.hoop_increment; }
   /// Announces that laws have changed the stresses on the host.
   void stresses_changed() {}
   /// Lowest PointErrorKey that passes have found, or NO_ERROR.
@@ -332,6 +336,7 @@ template <int D> class HostMachine {
   std::vector<Support<D>> support_;
   std::vector<PointBox<D>> box_;
   std::vector<Tensor<D>> increment_;
+  std::vector<double> hoop_increment_;
   std::vector<double> maxima_;
   std::uint64_t first_error_ = PointErrorKey::NO_ERROR;
   std::vector<Tally> tallies_;

@@ -4,13 +4,36 @@
 #pragma once
 
 #include "mpm/point_nodes.h"
+#include "rve/core/pi.h"
 
 namespace mpm {
 
+/// Coordinate along its normal of the face on which a load acts [cells].
+template <int D> RVE_HD double place_of_face(const StepView<D> &step, const PointLoad<D> &load)
+{
+  const int p = load.point;
+  const int normal = axis_of(load.face);
+  const double face =
+      step.points.position[p][normal] + outward(load.face) * step.points.half_size[p][normal];
+  return step.follows() ? step.box[p].place[normal] + outward(load.face) * step.box[p].half[normal]
+                        : step.grid.scaled(face, normal);
+}
+
+/// Extent out of the plane of the face on which a load acts [length]: the thickness or, in
+/// axisymmetry, the present circumference of the middle of the face.
+template <int D> RVE_HD double depth_of_face(const StepView<D> &step, const PointLoad<D> &load)
+{
+  if (!step.is_axisymmetric()) return step.thickness;
+  const double radius = axis_of(load.face) == 0
+      ? step.grid.cell_size() * step.grid.radius(place_of_face(step, load))
+      : step.points.position[load.point][0];
+  return 2.0 * rve::kPi * radius;
+}
+
 /// Area on which the traction acts [length²]: the area of the deformed face projected along its
-/// initial normal. In 2D it is the thickness times |F_tt| times the initial length of the face,
-/// with the axis t along the face and the deformation gradient F. In 3D it is the projected area of
-/// the parallelogram that the two edges of the face span.
+/// initial normal. In 2D it is the depth of the face times |F_tt| times the initial length of the
+/// face, with the axis t along the face and the deformation gradient F. In 3D it is the projected
+/// area of the parallelogram that the two edges of the face span.
 template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointLoad<D> &load)
 {
   static_assert(D == 2 || D == 3, "a face has one or two tangential axes");
@@ -19,7 +42,7 @@ template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointL
   const Tensor<D> &F = step.points.deformation_gradient[load.point];
   if constexpr (D == 2) {
     const int tangent = 1 - normal;
-    return 2.0 * half[tangent] * std::abs(F(tangent, tangent)) * step.thickness;
+    return 2.0 * half[tangent] * std::abs(F(tangent, tangent)) * depth_of_face(step, load);
   } else {
     const int s = (normal + 1) % 3, t = (normal + 2) % 3;
     return 4.0 * half[s] * half[t] * std::abs(F(s, s) * F(t, t) - F(s, t) * F(t, s));
@@ -42,7 +65,7 @@ template <int D> RVE_HD Vec<D> load_force(const StepView<D> &step, const PointLo
   const Tensor<D> &F = step.points.deformation_gradient[load.point];
   if constexpr (D == 2) {
     const int tangent = 1 - normal;
-    const double length = 2.0 * half[tangent] * step.thickness;
+    const double length = 2.0 * half[tangent] * depth_of_face(step, load);
     force[normal] = load.traction[normal] * length * F(tangent, tangent);
     force[tangent] = -(load.traction[normal] * length * F(normal, tangent));
   } else {
@@ -91,11 +114,7 @@ template <int D> struct ScatterLoad : LoadPass<D> {
     const PointLoad<D> &load = step.loads[k];
     const int p = load.point;
     const int normal = axis_of(load.face);
-    const double face =
-        step.points.position[p][normal] + outward(load.face) * step.points.half_size[p][normal];
-    const double xi = step.follows()
-        ? step.box[p].place[normal] + outward(load.face) * step.box[p].half[normal]
-        : step.grid.scaled(face, normal);
+    const double xi = place_of_face(step, load);
 
     // the three rows contain the face and do not reach beyond the ghost layer
     const int row = static_cast<int>(std::floor(xi));
@@ -110,7 +129,9 @@ template <int D> struct ScatterLoad : LoadPass<D> {
       for (int a = 0; a < D; ++a)
         if (a == normal) support.axis[a] = across;
       support.locate(step.grid);
-      const double share = part.count == 1 ? 1.0 : part.share() * step.box[p].parts(normal);
+      double share = part.count == 1 ? 1.0 : part.share() * step.box[p].parts(normal);
+      // all parts along the axis of symmetry have the same radius
+      if (part.is_ring && normal == 0) share = 1.0 / step.box[p].parts(1);
       for (int c = 0; c < D; ++c) {
         const double force = whole[c] * share;
         scatter<width_of<D>(VectorSums)>(

@@ -33,8 +33,25 @@ namespace {
     return text;
   }
 
+  /// Requires a grid and options that rings about the axis r = 0 allow.
+  template <int D> void check_axisymmetric(const SolverOptions<D> &options)
+  {
+    require(D == 2, "axisymmetry needs two dimensions: x is the radius and y the axial coordinate");
+    require(options.shape != ShapeFunction::Linear,
+            "axisymmetry needs the shape functions gimp or cpgimp, which are averaged over rings");
+    require(options.lo[0] >= 0.0,
+            "the axis of an axisymmetric grid is x = 0, so its lower limit in "
+            "x must be at least 0, got ",
+            options.lo[0], " [length]");
+    const int inner = static_cast<int>(Face::XLo);
+    require(options.lo[0] > 0.0 ||
+                (options.sides[inner] == SideKind::Roller && !options.dashpots[inner].exist()),
+            "the side xlo of an axisymmetric grid from x = 0 is the axis, so it must be a roller");
+  }
+
   template <int D> const SolverOptions<D> &checked(const SolverOptions<D> &options)
   {
+    if (options.axisymmetric) check_axisymmetric(options);
     require(options.thickness > 0.0, "thickness must be positive, got ", options.thickness,
             " [length]");
     require(options.flip >= 0.0 && options.flip <= 1.0, "flip fraction must be in [0, 1], got ",
@@ -145,6 +162,11 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
                "points of a rigid body";
       case ErrorCode::Traction:
         return "has a traction that is not finite";
+      case ErrorCode::Radius:
+        return concat(
+            "has the radius ", points.position[p][0],
+            " [length]; it must be above 0, because an axisymmetric point is a ring about "
+            "the axis x = 0");
       default:
         return concat("is inverted, det(F) = ", determinant(points.deformation_gradient[p]),
                       "; the time step is too large or the material lost its stiffness");
@@ -173,8 +195,20 @@ MpmSolver<D>::MpmSolver(const SolverOptions<D> &options, Communication communica
   options_.threads = rve::usable_threads(options.threads);
 }
 
+template <int D> void MpmSolver<D>::set_models(std::vector<Constitutive<D> *> models)
+{
+  for (std::size_t k = 0; options_.axisymmetric && k < models.size(); ++k)
+    require(models[k]->takes_hoop(), "constitutive model ", k,
+            " is for plane strain and has no hoop stress, which axisymmetry needs");
+  stresses_.set_laws(std::move(models));
+}
+
 template <int D> void MpmSolver<D>::set_body_velocity(int body, const Vec<D> &velocity)
 {
+  require(!options_.axisymmetric || velocity[0] == 0.0, "velocity of ", options_.name_of_body(body),
+          " along x must be 0, because an axisymmetric body is a ring or disk that moves along the "
+          "axis only, got ",
+          velocity[0], " [length/time]");
   require(are_finite<D>(velocity.component), [&] {
     return concat("velocity of ", options_.name_of_body(body), " must be finite, got ",
                   in_words<D>(velocity.component, " "), " [length/time]");

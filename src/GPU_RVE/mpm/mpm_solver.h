@@ -44,7 +44,8 @@ template <int D> class MpmSolver {
 
   /// Sets the constitutive models to which PointView::model refers. They are not owned and must
   /// outlive the calls of the solver.
-  void set_models(std::vector<Constitutive<D> *> models) { stresses_.set_laws(std::move(models)); }
+  /// Throws rve::InputError if the solver is axisymmetric and a model does not support it.
+  void set_models(std::vector<Constitutive<D> *> models);
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec<D> &velocity);
@@ -74,7 +75,8 @@ template <int D> class MpmSolver {
   /// N is the shape function of a node. A point has position x, velocity v, volume V (initially
   /// V₀), stress σ, body force f, deformation gradient F and velocity gradient L. A node has force
   /// f_I, momentum p and velocity v. In Σ N v and in L, v is the velocity of the node, and Δv is
-  /// its change in the step.
+  /// its change in the step. In axisymmetry all sums are those of rings, and hoop strains and
+  /// stresses are included (doc/src/theory_mpm.rst).
   ///
   /// All sums use the weights at the positions at the start of the step. Rigid points move with
   /// their body and do not contribute to sums.

@@ -20,13 +20,21 @@ template <class T> struct PointField {
   const char *unit;    ///< "stress", ..., or "" for a dimensionless number
 };
 
+/// Fields of points in the plane only.
+template <int D, template <class> class Array> struct PlaneFields {
+};
+template <template <class> class Array> struct PlaneFields<2, Array> {
+  Array<double> hoop_stress{};    ///< in axisymmetry; tension positive [stress]
+};
+
 /// Fields of material points. `Array<T>` holds one field of all points: a pointer, a vector or a
 /// buffer. A step changes the fields that are not const.
-template <int D, template <class> class Array> struct PointFields {
-  Array<const Vec<D>> half_size{};            ///< half size of the point's box [length]
-  Array<const double> mass{};                 ///< above 0 [mass]
-  Array<const double> initial_volume{};       ///< volume at F = I [length³]
-  Array<double> volume{};                     ///< area times thickness in 2D [length³]
+template <int D, template <class> class Array> struct PointFields : PlaneFields<D, Array> {
+  Array<const Vec<D>> half_size{};         ///< half size of the point's box [length]
+  Array<const double> mass{};              ///< above 0 [mass]
+  Array<const double> initial_volume{};    ///< volume at F = I [length³]
+  /// In 2D the area times the thickness, or the volume of a ring [length³].
+  Array<double> volume{};
   Array<Tensor<D>> deformation_gradient{};    ///< F
   Array<Tensor<D>> stress{};                  ///< Cauchy, tension positive [stress]
   Array<Tensor<D>> velocity_gradient{};       ///< L [1/time]
@@ -43,6 +51,7 @@ template <int D, template <class> class Array> struct PointFields {
     visit(PointField<Tensor<D>>{"deformation_gradient", ""}, sets.deformation_gradient...);
     visit(PointField<Tensor<D>>{"stress", "stress"}, sets.stress...);
     visit(PointField<Tensor<D>>{"velocity_gradient", "1/time"}, sets.velocity_gradient...);
+    if constexpr (D == 2) visit(PointField<double>{"hoop_stress", "stress"}, sets.hoop_stress...);
   }
 };
 

@@ -8,19 +8,64 @@
 
 namespace mpm {
 
-/// A part of the box of a point; all parts have equal sizes.
+/// A part of the box of a point; all parts have equal sizes. In axisymmetry the box is a ring, and
+/// parts with a larger radius have larger shares.
 template <int D> struct BoxPart {
   int number = 0, count = 1;    ///< index of the part, and number of parts
   int place[D] = {};            ///< index of the part along each axis
+  // in axisymmetry only
+  bool is_ring = false;
+  int parts_along_r = 1;
+  double low = 0.0, high = 0.0;    ///< radii of the edges of the whole box [cells]
+  double radius = 0.0;             ///< radius of the middle of the part [length]
+  double hoop[3] = {};             ///< hat functions along r, averaged and divided by r [1/length]
 
-  RVE_HD double share() const { return 1.0 / count; }
+  RVE_HD double share() const
+  {
+    if (!is_ring) return 1.0 / count;
+    return share_before(number + 1) - share_before(number);
+  }
   /// Returns the integer share of this part in a total. The shares of all parts add up exactly to
   /// the rounded total.
   RVE_HD std::int64_t integer(const rve::FixedScale &scale, double total) const
   {
     if (count == 1) return scale.integer(total);
+    if (is_ring)
+      return scale.integer(total * share_before(number + 1)) -
+          scale.integer(total * share_before(number));
     return scale.integer(total * ((number + 1.0) / count)) -
         scale.integer(total * (double(number) / count));
+  }
+
+  /// Finds radii and hoop weights. `place` must be set.
+  RVE_HD void set_ring(const Grid<D> &grid, const PointBox<D> &box)
+  {
+    is_ring = true;
+    parts_along_r = box.parts(0);
+    low = grid.radius(box.place[0] - box.half[0]);
+    high = grid.radius(box.place[0] + box.half[0]);
+    const PartOfAxis at(box, 0, place[0]);
+    radius = grid.cell_size() * grid.radius(at.xi);
+    const AxisWeights plane = gimp_weights(at.xi, at.half);
+    for (int k = 0; k < 3; ++k) hoop[k] = plane.value[k] / radius;
+  }
+  /// Mean over the part of N/r with the weight r, where N is the shape function of a node
+  /// [1/length].
+  RVE_INLINE double hoop_value(const Support<D> &support, const NodeIndex<D> &node) const
+  {
+    double product = hoop[node[0]];
+    for (int a = 1; a < D; ++a) product *= support.axis[a].value[node[a]];
+    return product;
+  }
+
+ private:
+  /// Share of the volume of the ring in the parts before part k.
+  RVE_HD double share_before(int k) const
+  {
+    const int rows = k / parts_along_r, along_r = k % parts_along_r;
+    const double edge = low + (high - low) * along_r / parts_along_r;
+    const double of_row = (edge * edge - low * low) / (high * high - low * low);
+    return (rows + of_row) * parts_along_r / count;
   }
 };
 
@@ -33,6 +78,7 @@ RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
   if (step.follows())
     for (int a = 0; a < D; ++a) part.count *= step.box[p].parts(a);
   if (part.count == 1) {
+    if (step.is_axisymmetric()) part.set_ring(step.grid, step.box[p]);
     // without a copy, a GPU thread would read the weights again after each addition to memory
     const Support<D> support = step.support[p];
     visit(support, part);
@@ -44,7 +90,8 @@ RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
       part.place[a] = rest % box.parts(a);
       rest /= box.parts(a);
     }
-    visit(support_of(step.grid, box, part.place), part);
+    if (step.is_axisymmetric()) part.set_ring(step.grid, box);
+    visit(support_of(step.grid, box, part.place, step.is_axisymmetric()), part);
   }
 }
 
@@ -84,9 +131,24 @@ RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> 
   return sum;
 }
 
+/// Returns Σ_I T_I field_I, where T_I is the mean of N_I/r over the ring of a point [field/length].
+/// The product with the radius of the point is the value of the field at the centre of its box.
+template <int D>
+RVE_HD Vec<D> gathered_over_radius(const StepView<D> &step, int p, const Vec<D> *field)
+{
+  Vec<D> sum = Vec<D>::zero();
+  each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+    const double share = part.share();
+    each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
+      sum = sum + (share * part.hoop_value(support, place)) * field[support.node(place)];
+    });
+  });
+  return sum;
+}
+
 /// Calls visit(node, weight) for the cells that the box of a point covers. `node` is the lowest
-/// node of the cell, and `weight` the fraction of the box in the cell. With linear shape functions
-/// a point is in one cell.
+/// node of the cell, and `weight` the fraction of the volume of the box in the cell. With linear
+/// shape functions a point is in one cell.
 template <int D, class Visit>
 RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
 {
@@ -116,6 +178,9 @@ RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
       const double from = low > cell[a] ? low : cell[a];
       const double to = high < cell[a] + 1.0 ? high : cell[a] + 1.0;
       weight *= to > from ? (to - from) / (high - low) : 0.0;
+      if (step.is_axisymmetric() && a == 0)
+        weight *= (step.grid.radius(from) + step.grid.radius(to)) /
+            (step.grid.radius(low) + step.grid.radius(high));
     }
     if (weight > 0.0) visit(step.grid.node(cell), weight);
   }

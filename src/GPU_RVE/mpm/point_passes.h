@@ -67,8 +67,8 @@ RVE_HD ErrorCode input_error(const Grid<D> &grid, const PointAtStart<D> &point, 
   return of_state == ErrorCode::None ? error : of_state;
 }
 
-/// Bound of the components of the internal force of a point on a node, |V σ·∇N| with |∂N| <= 1/h
-/// [force].
+/// Bound of the components of the internal force of a point on a node, |V σ·∇N| with |∂N| <= 1/h.
+/// It excludes the hoop stress [force].
 template <int D>
 RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, double cell_size)
 {
@@ -81,22 +81,30 @@ RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, doubl
   return volume / cell_size * largest_row;
 }
 
+/// Bound of the volume of a point for VolumeBound [length³].
+template <int D> RVE_HD double volume_bound(const StepView<D> &step, int p, double volume)
+{
+  if (!step.is_axisymmetric()) return volume;
+  return volume * larger(1.0, step.grid.cell_size() / step.points.position[p][0]);
+}
+
 /// Raises the bounds of the forces of a point on a node and, with mean dilation, of volume and
 /// pressure.
 template <int D, class Tally>
-RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress, double volume,
-                               const double *body_force, Tally &tally)
+RVE_HD void raise_force_bounds(const StepView<D> &step, int p, const Tensor<D> &stress,
+                               double volume, const double *body_force, Tally &tally)
 {
   // mean dilation replaces the point's own pressure by a mean; removing the own pressure at most
   // doubles the bound, and force_bound() adds the mean
   const double factor = step.mean_dilation ? 2.0 : 1.0;
-  tally.raise(
-      ForceBound,
-      factor *
-          (internal_force_bound(stress, volume, step.grid.cell_size()) + largest<D>(body_force)));
+  double bound = internal_force_bound(stress, volume, step.grid.cell_size());
+  if (step.is_axisymmetric())    // the hoop weights are at most 1/r
+    bound += volume / step.points.position[p][0] * std::abs(step.hoop_stress(p));
+  tally.raise(ForceBound, factor * (bound + largest<D>(body_force)));
   if (!step.mean_dilation) return;
-  tally.raise(VolumeBound, volume);
-  tally.raise(PressureBound, std::abs(trace(stress)) / D);
+  tally.raise(VolumeBound, volume_bound(step, p, volume));
+  tally.raise(PressureBound,
+              std::abs(step.trace_with(stress, step.hoop_stress(p))) / step.normal_components());
 }
 
 /// Finds errors and weights of points, bounds of their contributions to nodes, and extents of rigid
@@ -109,7 +117,8 @@ template <int D> struct PreparePoint : PointPass<D> {
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
     const PointAtStart<D> point(step.points, p);
-    const ErrorCode error = input_error(step.grid, point, step.num_bodies, step.num_models);
+    ErrorCode error = input_error(step.grid, point, step.num_bodies, step.num_models);
+    if (step.is_axisymmetric() && error == ErrorCode::None) error = ring_error(p, point);
     if (error != ErrorCode::None) {
       tally.error(p, error);
       return;
@@ -126,19 +135,29 @@ template <int D> struct PreparePoint : PointPass<D> {
     }
     if (step.has_boxes()) {
       const Tensor<D> &F = step.points.deformation_gradient[p];
-      step.box[p] = deformed_box(step.grid, x, half, step.follows() ? F : Tensor<D>::identity());
+      step.box[p] = deformed_box(step.grid, x, half, step.follows() ? F : Tensor<D>::identity(),
+                                 step.is_axisymmetric());
     }
-    if (step.follows()) {
+    if (step.follows() || step.is_axisymmetric()) {
       const int whole[D] = {};
-      step.support[p] = support_of(step.grid, step.box[p], whole);
+      step.support[p] = support_of(step.grid, step.box[p], whole, step.is_axisymmetric());
     } else {
       step.support[p] = support_of(step.grid, step.shape, x, half);
     }
     tally.raise(MassBound, point.mass);
     tally.raise(MomentumBound, point.mass * largest<D>(point.velocity.component));
     if (bounds_forces)
-      raise_force_bounds(step, point.stress, point.volume, point.body_force.component, tally);
-    if (step.mean_dilation) tally.raise(VolumeBound, point.volume);
+      raise_force_bounds(step, p, point.stress, point.volume, point.body_force.component, tally);
+    if (step.mean_dilation) tally.raise(VolumeBound, volume_bound(step, p, point.volume));
+  }
+
+ private:
+  /// Returns the error that a point of a plane model would not have.
+  RVE_HD ErrorCode ring_error(int p, const PointAtStart<D> &point) const
+  {
+    if (!(point.position[0] > 0.0)) return ErrorCode::Radius;
+    const bool has_stress = point.rigid_body >= 0 || std::isfinite(step.hoop_stress(p));
+    return has_stress ? ErrorCode::None : ErrorCode::Stress;
   }
 };
 
@@ -149,12 +168,14 @@ template <int D> struct BoundForces : PointPass<D> {
   {
     const PointView<D> &points = step.points;
     if (points.rigid_body[p] < 0)
-      raise_force_bounds(step, points.stress[p], points.volume[p], points.body_force[p], tally);
+      raise_force_bounds(step, p, points.stress[p], points.volume[p], points.body_force[p], tally);
   }
 };
 
 /// Moves points: x += dt Σ N v, v = flip (v + Σ N Δv) + (1 - flip) Σ N v. The sums are over nodes
 /// with the shape function N, velocity v and velocity change Δv. Rigid points move with their body.
+/// The velocity of a ring is the mean over its volume, but the middle of its box moves with the
+/// velocity there, so that its radius grows with its hoop strain.
 template <int D> struct AdvancePoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -177,8 +198,10 @@ template <int D> struct AdvancePoint : PointPass<D> {
     }
     const Vec<D> grid_velocity = gathered(step, p, step.velocity);
     const Vec<D> change = gathered(step, p, step.velocity_change);
+    Vec<D> of_centre = grid_velocity;
+    if (step.is_axisymmetric()) of_centre = x[0] * gathered_over_radius(step, p, step.velocity);
     for (int c = 0; c < D; ++c) {
-      x[c] += step.dt * grid_velocity[c];
+      x[c] += step.dt * of_centre[c];
       v[c] = step.flip * (v[c] + change[c]) + (1.0 - step.flip) * grid_velocity[c];
     }
     if (!are_finite<D>(v)) tally.error(p, ErrorCode::Velocity);
@@ -213,11 +236,15 @@ template <int D> struct GradientOfPoint : PointPass<D> {
     if (step.points.rigid_body[p] >= 0) return;
     const Tensor<D> gradient = gathered_gradient(step, p, step.velocity);
     step.points.velocity_gradient[p] = gradient;
-    tally.raise(DilationBound, std::abs(trace(gradient)));
+    double hoop_rate = 0.0;
+    if (step.is_axisymmetric())
+      step.hoop_increment[p] = hoop_rate = gathered_over_radius(step, p, step.velocity)[0];
+    tally.raise(DilationBound, std::abs(step.trace_with(gradient, hoop_rate)));
   }
 };
 
-/// Finds strains: L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F.
+/// Finds strains: L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F. In axisymmetry the volume also
+/// grows with the hoop strain.
 template <int D> struct StrainPoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 2;
@@ -231,16 +258,27 @@ template <int D> struct StrainPoint : PointPass<D> {
       return;
     }
     Tensor<D> gradient;
+    double hoop_rate = 0.0;
     if (step.mean_dilation) {
       gradient = points.velocity_gradient[p];
-      const double change = (mean_of_cells(step, p) - trace(gradient)) / D;
+      if (step.is_axisymmetric()) hoop_rate = step.hoop_increment[p];
+      const double change = (mean_of_cells(step, p) - step.trace_with(gradient, hoop_rate)) /
+          step.normal_components();
       for (int a = 0; a < D; ++a) gradient(a, a) += change;
+      hoop_rate += change;
     } else {
       gradient = gathered_gradient(step, p, step.velocity);
+      if (step.is_axisymmetric()) hoop_rate = gathered_over_radius(step, p, step.velocity)[0];
     }
     const Tensor<D> increment = Tensor<D>::identity() + dt * gradient;
     const Tensor<D> deformation = increment * points.deformation_gradient[p];
-    const double volume = points.initial_volume[p] * determinant(deformation);
+    double volume = points.initial_volume[p] * determinant(deformation);
+    if (step.is_axisymmetric()) {
+      const double hoop = step.hoop_increment[p] = 1.0 + dt * hoop_rate;
+      // V/(V₀ det F) is the hoop component of F
+      volume = points.volume[p] * determinant(increment) * hoop;
+      if (!(hoop > 0.0)) tally.error(p, ErrorCode::Inverted);
+    }
     points.velocity_gradient[p] = gradient;
     points.deformation_gradient[p] = deformation;
     points.volume[p] = volume;

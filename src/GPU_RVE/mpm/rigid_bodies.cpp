@@ -94,6 +94,7 @@ template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : 
                   "is rough and has a coefficient of friction; only one of the two is allowed");
     refuse_unless(D == 3 || body.form != BodyForm::Cylinder,
                   "is a cylinder, which requires three dimensions");
+    if (options.axisymmetric) check_symmetry(b);
     if (body.form == BodyForm::Face) {
       refuse_unless(body.free == 0 && !(body.friction > 0.0) && !body.has_pivot,
                     "presses with one face, which supports no forces, friction or rotation: use "
@@ -105,6 +106,24 @@ template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : 
   }
   states_.resize(bodies_.size());
   prescribed_.assign(bodies_.size(), {});
+}
+
+/// Requires a body that an axisymmetric model allows: a ring or disk that moves along the axis.
+template <int D> void RigidBodies<D>::check_symmetry(int body) const
+{
+  const RigidBodyOptions &options = options_.rigid_bodies[body];
+  const std::string name = options_.name_of_body(body);
+  require(options.form != BodyForm::Ball, name,
+          " is a ball; an axisymmetric body has the form face, box or convex");
+  constexpr int ALONG_AXIS = 1 << 1;
+  require((options.free & ~ALONG_AXIS) == 0, name,
+          " is free to move along x or to turn; an axisymmetric body moves along y only");
+  require(options.turned[0] == 0.0, name,
+          " is turned, which is not axisymmetric; give its vertices in their final place");
+  if (body >= static_cast<int>(options_.rigid_body_vertices.size())) return;
+  for (const Vec<D> &vertex : options_.rigid_body_vertices[body])
+    require(vertex[0] >= 0.0, name, " has a vertex at the radius ", vertex[0],
+            " [length]; an axisymmetric body is given by its half at x >= 0");
 }
 
 /// Returns the hull in the axes of the body.
@@ -128,6 +147,11 @@ template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
   for (int k = 0; k < S; ++k)
     require(std::isfinite(rates[k]), k < D ? "velocity" : "spin", " of ",
             options_.name_of_body(body), " must be finite, got ", rates[k],
+            k < D ? " [length/time]" : " [1/time]");
+  for (int k = 0; options_.axisymmetric && k < S; ++k)
+    require(k == 1 || rates[k] == 0.0, k < D ? "velocity along x" : "spin", " of ",
+            options_.name_of_body(body),
+            " must be 0, because an axisymmetric body moves along the axis only, got ", rates[k],
             k < D ? " [length/time]" : " [1/time]");
   std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
 }

@@ -84,6 +84,7 @@ template <int D> class RigidBodies {
   void find_inertia(int k, const PointView<D> &points, const Communication &communication);
   void widen_at_sides(RigidShape<D> &shape) const;
   void set_half_spaces(int k, RigidShape<D> &shape) const;
+  void check_symmetry(int body) const;
   ConvexHull<D> hull_of(int body) const;
   void add_forces(const PointView<D> &points, double dt, const Communication &communication);
 

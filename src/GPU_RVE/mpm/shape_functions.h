@@ -81,4 +81,39 @@ RVE_HD inline AxisWeights gimp_weights(double xi, double half)
   return weights;
 }
 
+/// GIMP weights of a ring about the axis r = 0: the hat function N and its derivative, averaged
+/// over [xi - half, xi + half] with the weight r. `radius` is the radius of the middle of the ring,
+/// at least `half` [cells]. The averages are those of gimp_weights() plus corrections, which are
+/// odd in xi - xi_I for the value and even for the slope (Nairn & Guilkey 2015, Int. J. Numer.
+/// Meth. Engng 101, 127). At the distance d from the node, with e = 1 - d, they are
+///   d < half              value d (d² - 3 half²) / (6 half r)
+///                         slope (d² - half²) / (2 half r)
+///   half <= d < 1 - half  value -half² / (3 r)
+///                         slope 0
+///   d < 1 + half          value (e + half)² (e - 2 half) / (12 half r)
+///                         slope (half² - e²) / (4 half r)
+/// The mean of N/r with the same weight, for hoop strains, is the value of gimp_weights() divided
+/// by r.
+RVE_HD inline AxisWeights ring_weights(double xi, double half, double radius)
+{
+  AxisWeights weights = gimp_weights(xi, half);
+  for (int k = 0; k < 3; ++k) {
+    const double offset = xi - (weights.first + k);
+    const double d = std::abs(offset);
+    const double sign = offset < 0.0 ? -1.0 : 1.0;
+    if (d < half) {
+      weights.value[k] += offset * (d * d - 3.0 * half * half) / (6.0 * half * radius);
+      weights.slope[k] += (d * d - half * half) / (2.0 * half * radius);
+    } else if (d < 1.0 - half) {
+      weights.value[k] -= sign * half * half / (3.0 * radius);
+    } else if (d < 1.0 + half) {
+      const double e = 1.0 - d;
+      weights.value[k] +=
+          sign * (e + half) * (e + half) * (e - 2.0 * half) / (12.0 * half * radius);
+      weights.slope[k] += (half * half - e * e) / (4.0 * half * radius);
+    }
+  }
+  return weights;
+}
+
 }    // namespace mpm

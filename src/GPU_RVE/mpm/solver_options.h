@@ -34,6 +34,9 @@ template <int D> struct SolverOptions {
   Vec<D> hi = Vec<D>::zero();
   double cell_size = 0.0;    ///< h [length]
   double thickness = 1.0;    ///< 2D: out-of-plane thickness of the points [length]
+  /// 2D: x is the radius r and y the coordinate along the axis r = 0. Points are rings: masses,
+  /// volumes and forces are those of a full turn. `thickness` has no effect.
+  bool axisymmetric = false;
   ShapeFunction shape = ShapeFunction::Gimp;
   Scheme scheme = Scheme::Musl;
   double flip = 1.0;    ///< 1: points receive velocity increments (FLIP), 0: grid velocities (PIC)

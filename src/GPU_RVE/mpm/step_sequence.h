@@ -332,7 +332,8 @@ template <int D, template <int> class Machine> class StepSequence final : public
       machine_.download_motion();    // while the stresses are computed
       return;
     }
-    const bool come_later = update.begin(machine_.increments(), dt);
+    const Tensor<D> *const increments = machine_.increments();
+    const bool come_later = update.begin(increments, dt, machine_.hoop_increments());
     machine_.download_motion();
     if (!come_later) machine_.stresses_changed();
   }

@@ -31,7 +31,8 @@ enum class ErrorCode {
   BodyForce,
   RigidTraction,
   Traction,
-  Inverted
+  Inverted,
+  Radius
 };
 
 /// Indices of the maxima that passes find. Maxima over deformable points or nodes come first, then
@@ -48,7 +49,7 @@ enum Maximum {
   /// maximum is over this rank only.
   BoxBound,
   DilationBound,    ///< |tr L| [1/time]
-  VolumeBound,      ///< volume of a point [length³]
+  VolumeBound,      ///< volume of a point, of a ring at r < h times h/r [length³]
   PressureBound,    ///< |tr σ / D| [stress]
   ForceBound,       ///< force of a point on a node [force]; last, since the bounds of loads follow
   NUM_MAXIMA
@@ -85,15 +86,17 @@ template <int D> struct ContactMomenta {
 template <int D> struct StepView : NodeFields<D, Pointer> {
   StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
       grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
-      thickness(options.thickness), mean_dilation(options.mean_dilation),
-      absorbs(options.absorbs()), num_bodies(static_cast<int>(options.rigid_bodies.size())),
-      num_rigid(options.num_turning()), shares_grid(shares_grid_in)
+      thickness(options.thickness), axisymmetric(options.axisymmetric),
+      mean_dilation(options.mean_dilation), absorbs(options.absorbs()),
+      num_bodies(static_cast<int>(options.rigid_bodies.size())), num_rigid(options.num_turning()),
+      shares_grid(shares_grid_in)
   {
   }
 
   Grid<D> grid;    ///< the part that this rank holds
   ShapeFunction shape;
   double flip, damping, thickness;
+  bool axisymmetric;     ///< see is_axisymmetric()
   bool mean_dilation;    ///< volumetric parts of strains and stresses are means over cells
   bool absorbs;          ///< some sides have dashpots
   double dt = 0.0;
@@ -116,9 +119,12 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   const double *maximum = nullptr;    ///< maxima over all ranks, indexed by Maximum
 
   PointView<D> points;
-  Support<D> *support = nullptr;          ///< per point
-  PointBox<D> *box = nullptr;             ///< per point, if has_boxes()
-  Tensor<D> *increment = nullptr;         ///< per point: ΔF
+  Support<D> *support = nullptr;     ///< per point
+  PointBox<D> *box = nullptr;        ///< per point, if has_boxes()
+  Tensor<D> *increment = nullptr;    ///< per point: ΔF
+  /// Per point in axisymmetry: 1 + Δt v_r/r, the hoop component of ΔF. With mean dilation it holds
+  /// the rate v_r/r [1/time] between GradientOfPoint and StrainPoint.
+  double *hoop_increment = nullptr;
   const PointLoad<D> *loads = nullptr;    ///< loads of this rank
   int num_point_loads = 0;
 
@@ -128,7 +134,23 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   int num_absorbing = 0;
 
   RVE_HD bool follows() const { return shape == ShapeFunction::Cpgimp; }
-  RVE_HD bool has_boxes() const { return follows() || mean_dilation; }
+  /// True if x is the radius and y the coordinate along the axis r = 0 (SolverOptions).
+  RVE_HD bool is_axisymmetric() const { return D == 2 && axisymmetric; }
+  RVE_HD bool has_boxes() const { return follows() || mean_dilation || is_axisymmetric(); }
+  /// Returns the trace of a tensor with these components in the plane and this hoop component.
+  RVE_HD double trace_with(const Tensor<D> &tensor, double hoop) const
+  {
+    return is_axisymmetric() ? trace(tensor) + hoop : trace(tensor);
+  }
+  /// Number of normal components of strains and stresses.
+  RVE_HD int normal_components() const { return is_axisymmetric() ? 3 : D; }
+  /// Hoop stress of a point; 0 without axisymmetry [stress].
+  RVE_HD double hoop_stress(int p) const
+  {
+    if constexpr (D == 2)
+      if (axisymmetric) return points.hoop_stress[p];
+    return 0.0;
+  }
 
   RVE_HD int load_maximum(int load) const { return NUM_MAXIMA + load; }
   RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + FACES<D> * body; }
@@ -140,8 +162,11 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   RVE_HD double force_bound() const
   {
     double bound = maximum[ForceBound];
-    // mean dilation can give a point the pressure of its neighbours
-    if (mean_dilation) bound += maximum[VolumeBound] * maximum[PressureBound] / grid.cell_size();
+    // mean dilation can give a point the pressure of its neighbours, in axisymmetry also as hoop
+    // stress
+    if (mean_dilation)
+      bound += (is_axisymmetric() ? 2.0 : 1.0) * maximum[VolumeBound] * maximum[PressureBound] /
+          grid.cell_size();
     for (int k = 0; k < num_loads; ++k) bound += maximum[load_maximum(k)];
     return bound;
   }

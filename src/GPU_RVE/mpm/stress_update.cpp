@@ -86,6 +86,7 @@ template <int D> bool StressUpdate<D>::plan(const DeviceArrays<D> &arrays, doubl
   for_laws([&](int k) {
     any = true;
     const std::vector<int> &list = points_of_[k];
+    laws_[k]->set_hoop(arrays.hoop.stress ? hoop_with(nullptr) : HoopArrays());
     if (all)
       requests_[k] =
           laws_[k]->plan(static_cast<int>(list.size()), list.data(), arrays, dt, points_.stress);
@@ -111,11 +112,22 @@ template <int D> bool StressUpdate<D>::launch()
   return all;
 }
 
-template <int D> bool StressUpdate<D>::begin(const Tensor<D> *increment, double dt)
+template <int D> HoopArrays StressUpdate<D>::hoop_with(const double *increment) const
+{
+  HoopArrays hoop;
+  hoop.increment = increment;
+  if constexpr (D == 2) hoop.stress = points_.hoop_stress;
+  return hoop;
+}
+
+template <int D>
+bool StressUpdate<D>::begin(const Tensor<D> *increment, double dt, const double *hoop_increment)
 {
   bool any = false;
   for_laws([&](int k) {
     const std::vector<int> &list = points_of_[k];
+    if (!requests_[k])
+      laws_[k]->set_hoop(hoop_increment ? hoop_with(hoop_increment) : HoopArrays());
     if (laws_[k]->takes_parts())
       update_in_parts(k, increment, dt);
     else if (!requests_[k])    // otherwise a device has launched it

@@ -41,8 +41,9 @@ template <int D> class StressUpdate {
   /// need begin().
   bool launch();
   /// Begins an update over `dt` [time] by increments on the host, for laws that launch() has not
-  /// launched. Returns true if finish() must wait for stresses.
-  bool begin(const Tensor<D> *increment, double dt);
+  /// launched. `hoop_increment` has the hoop components in axisymmetry and is null otherwise.
+  /// Returns true if finish() must wait for stresses.
+  bool begin(const Tensor<D> *increment, double dt, const double *hoop_increment = nullptr);
   /// Returns rve::Request::needs_host() of the update on the device. Returns null if no update runs
   /// on a device or if points have several laws.
   const std::int32_t *needs_host() const;
@@ -62,6 +63,8 @@ template <int D> class StressUpdate {
   int only_law() const;
   /// Calls work(k) for all laws with points.
   template <class Work> void for_laws(const Work &work);
+  /// Hoop components on the host with these increments.
+  HoopArrays hoop_with(const double *increment) const;
   void update_in_parts(int k, const Tensor<D> *increment, double dt);
 
   std::vector<Constitutive<D> *> laws_;

@@ -53,7 +53,9 @@ template <int D> struct InertiaForStrains : Inertia<D> {
 
 /// Sums of the forces on nodes, f_I = - Σ V σ·∇N_I + Σ f N_I, with the volume V, stress σ, body
 /// force f and shape functions N_I of points (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl.
-/// Mech. Eng. 118, 179). take() adds f_I dt to the momentum of the node.
+/// Mech. Eng. 118, 179). In axisymmetry the radial component has the hoop stress as well,
+/// - Σ V σ_θθ T_I with the hoop weights T_I of the ring. take() adds f_I dt to the momentum of the
+/// node.
 template <int D> struct Force {
   static constexpr SumKind KIND = VectorSums;
   rve::FixedScale scale;
@@ -62,22 +64,29 @@ template <int D> struct Force {
   template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
     Tensor<D> stress = step.points.stress[p];
+    double hoop_stress = step.hoop_stress(p);
     if (step.mean_dilation) {
-      const double change = mean_of_cells(step, p) - trace(stress) / D;
+      const double change =
+          mean_of_cells(step, p) - step.trace_with(stress, hoop_stress) / step.normal_components();
       for (int a = 0; a < D; ++a) stress(a, a) += change;
+      hoop_stress += change;
     }
     const double volume = step.points.volume[p];
     const Vec<D> body_force = first_of<D>(step.points.body_force[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
       const Tensor<D> stress_volume = (-volume * part.share()) * stress;
       for (int c = 0; c < D; ++c) {
-        // Σ∇N = 0, so the shares of the internal force add up to exactly 0
+        // Σ∇N = 0 and ΣT = 1/r, so the shares of the internal force add up to exactly 0 or, along
+        // the radius, to the hoop force
+        const bool has_hoop = step.is_axisymmetric() && c == 0;
+        const double hoop_volume = has_hoop ? -volume * part.share() * hoop_stress : 0.0;
         scatter_integer<width_of<D>(KIND)>(
-            support, scale, 0,
+            support, scale, has_hoop ? scale.integer(hoop_volume / part.radius) : 0,
             [&](const NodeIndex<D> &place) {
               const Vec<D> gradient = support.gradient(place);
               double force = stress_volume(c, 0) * gradient[0];
               for (int a = 1; a < D; ++a) force += stress_volume(c, a) * gradient[a];
+              if (has_hoop) force += hoop_volume * part.hoop_value(support, place);
               return force;
             },
             sums, c);
@@ -136,8 +145,13 @@ template <int D, bool IS_DILATION> struct CellMean {
   template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
     const double volume = step.points.volume[p];
-    const double value = IS_DILATION ? trace(step.points.velocity_gradient[p])
-                                     : trace(step.points.stress[p]) / D;
+    double value;
+    if constexpr (IS_DILATION)
+      value = step.trace_with(step.points.velocity_gradient[p],
+                              step.is_axisymmetric() ? step.hoop_increment[p] : 0.0);
+    else
+      value =
+          step.trace_with(step.points.stress[p], step.hoop_stress(p)) / step.normal_components();
     each_cell(step, p, [&](int node, double weight) {
       const std::size_t k = width_of<D>(KIND) * static_cast<std::size_t>(node);
       add_to(sums, k, volume_scale.integer(weight * volume));

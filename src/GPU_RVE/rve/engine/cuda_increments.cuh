@@ -79,7 +79,11 @@ RVE_HD inline Tensor<double, D> increment_of_point(const IncrementLaunch<D> &lau
   const std::size_t point = launch.point_of[index];
   if (launch.points.dimension == D)
     return load_tensor<D>(launch.points.increment + Space<D>::components * point);
-  return in_plane_strain<D>(load_tensor<2>(launch.points.increment + Space<2>::components * point));
+  Tensor<double, D> increment =
+      in_plane_strain<D>(load_tensor<2>(launch.points.increment + Space<2>::components * point));
+  if constexpr (D == 3)
+    if (launch.points.hoop_increment) increment(2, 2) = launch.points.hoop_increment[point];
+  return increment;
 }
 
 template <int D>
@@ -167,11 +171,13 @@ RVE_DEVICE void give_stress(const IncrementLaunch<D> &launch, int index,
                             const Tensor<double, D> &stress)
 {
   const std::size_t point = launch.point_of[index];
-  if (launch.points.dimension == D)
+  if (launch.points.dimension == D) {
     store_tensor(stress, launch.points.stress + Space<D>::components * point);
-  else
-    store_tensor(leading_components<2>(stress),
-                 launch.points.stress + Space<2>::components * point);
+    return;
+  }
+  store_tensor(leading_components<2>(stress), launch.points.stress + Space<2>::components * point);
+  if constexpr (D == 3)
+    if (launch.points.hoop_stress) launch.points.hoop_stress[point] = stress(2, 2);
 }
 
 /// Defers the increment of a quiescent RVE. The RVE keeps the answer of its last DEM steps, and its

@@ -15,10 +15,14 @@ namespace rve {
 /// Tensors of material points in the memory of a CUDA device, stored one after the other.
 struct PointsOnDevice {
   int device = -1;    ///< number of the device in CUDA; -1: none
-  /// Dimension of the tensors: that of the RVEs, or 2 for RVEs of spheres in plane strain.
+  /// Dimension of the tensors: that of the RVEs, or 2 for RVEs of spheres in plane strain or
+  /// axisymmetry.
   int dimension = 0;
   const double *increment = nullptr;    ///< deformation increments [-]
   double *stress = nullptr;             ///< [stress]
+  // axisymmetry: components along the third axis of the RVEs; null in plane strain
+  const double *hoop_increment = nullptr;    ///< [-]
+  double *hoop_stress = nullptr;             ///< [stress]
 };
 
 /// RVE whose state of rest is known at the beginning of a new call.
