@@ -82,7 +82,7 @@ RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, doubl
 }
 
 /// Raises the bounds of the forces of a point on a node and, with mean dilation, of volume and
-/// pressure.
+/// pressure. `stress` is the total stress.
 template <int D, class Tally>
 RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress, double volume,
                                const double *body_force, Tally &tally)
@@ -104,6 +104,7 @@ RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress,
 template <int D> struct PreparePoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
+  static constexpr bool USES_WATER = true;
   bool bounds_forces;    ///< set if stresses do not change before the forces are summed
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -137,7 +138,8 @@ template <int D> struct PreparePoint : PointPass<D> {
     tally.raise(MassBound, point.mass);
     tally.raise(MomentumBound, point.mass * largest<D>(point.velocity.component));
     if (bounds_forces)
-      raise_force_bounds(step, point.stress, point.volume, point.body_force.component, tally);
+      raise_force_bounds(step, step.total_stress(p, point.stress, point.volume), point.volume,
+                         point.body_force.component, tally);
     if (step.mean_dilation) tally.raise(VolumeBound, point.volume);
   }
 };
@@ -145,11 +147,13 @@ template <int D> struct PreparePoint : PointPass<D> {
 /// Raises the bounds of forces after stresses have changed within a step.
 template <int D> struct BoundForces : PointPass<D> {
   using Pass<D>::step;
+  static constexpr bool USES_WATER = true;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
     const PointView<D> &points = step.points;
     if (points.rigid_body[p] < 0)
-      raise_force_bounds(step, points.stress[p], points.volume[p], points.body_force[p], tally);
+      raise_force_bounds(step, step.total_stress(p, points.stress[p], points.volume[p]),
+                         points.volume[p], points.body_force[p], tally);
   }
 };
 
@@ -221,6 +225,7 @@ template <int D> struct GradientOfPoint : PointPass<D> {
 template <int D> struct StrainPoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 2;
+  static constexpr bool USES_WATER = true;
   double dt;    ///< whole time step or a part of it [time]
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -247,6 +252,9 @@ template <int D> struct StrainPoint : PointPass<D> {
     step.increment[p] = increment;
     if (!(determinant(increment) > 0.0 && volume > 0.0 && std::isfinite(volume)))
       tally.error(p, ErrorCode::Inverted);
+    if (step.has_water() &&
+        !(volume - points.water.grain_volume[p] >= LEAST_POROSITY * volume))
+      tally.error(p, ErrorCode::Porosity);
     if (step.follows())
       for (int a = 0; a < D; ++a)
         tally.raise(BoxBound, deformed_half(step.grid, points.half_size[p], deformation, a));

@@ -2,6 +2,7 @@
 // Sums on the nodes of the grid: each node adds up contributions of the points near it, as
 // integers. Each sum is a struct with these members:
 //   KIND          kind of its integers (SumKind)
+//   USES_WATER    true if to_nodes() reads the pore water of points
 //   begin()       sets the scale of the integers
 //   to_nodes()    adds the contributions of a point to its nodes
 //   take()        computes fields of a node from the sum
@@ -16,6 +17,7 @@ namespace mpm {
 /// Sums of mass and momentum.
 template <int D> struct Inertia {
   static constexpr SumKind KIND = InertiaSums;
+  static constexpr bool USES_WATER = false;
   rve::FixedScale mass_scale, momentum_scale;
 
   RVE_HD void begin(const StepView<D> &step)
@@ -51,22 +53,23 @@ template <int D> struct InertiaForStrains : Inertia<D> {
   }
 };
 
-/// Sums of the forces on nodes, f_I = - Σ V σ·∇N_I + Σ f N_I, with the volume V, stress σ, body
-/// force f and shape functions N_I of points (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl.
+/// Sums of the forces on nodes, f_I = - Σ V σ·∇N_I + Σ f N_I, with the volume V, total stress σ,
+/// body force f and shape functions N_I of points (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl.
 /// Mech. Eng. 118, 179). take() adds f_I dt to the momentum of the node.
 template <int D> struct Force {
   static constexpr SumKind KIND = VectorSums;
+  static constexpr bool USES_WATER = true;
   rve::FixedScale scale;
 
   RVE_HD void begin(const StepView<D> &step) { scale = step.force_scale(); }
   template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
-    Tensor<D> stress = step.points.stress[p];
+    const double volume = step.points.volume[p];
+    Tensor<D> stress = step.total_stress(p, step.points.stress[p], volume);
     if (step.mean_dilation) {
       const double change = mean_of_cells(step, p) - trace(stress) / D;
       for (int a = 0; a < D; ++a) stress(a, a) += change;
     }
-    const double volume = step.points.volume[p];
     const Vec<D> body_force = first_of<D>(step.points.body_force[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
       const Tensor<D> stress_volume = (-volume * part.share()) * stress;
@@ -100,6 +103,7 @@ template <int D> struct Force {
 /// Sums of momentum after the motion of the points.
 template <int D> struct MomentumAgain {
   static constexpr SumKind KIND = VectorSums;
+  static constexpr bool USES_WATER = false;
   rve::FixedScale scale;
 
   RVE_HD void begin(const StepView<D> &step) { scale = step.scale(MomentumAgainBound); }
@@ -124,6 +128,7 @@ template <int D> struct MomentumAgain {
 /// that the work of the forces is the work of the stresses.
 template <int D, bool IS_DILATION> struct CellMean {
   static constexpr SumKind KIND = VectorSums;
+  static constexpr bool USES_WATER = !IS_DILATION;
   rve::FixedScale volume_scale, product_scale;
 
   RVE_HD void begin(const StepView<D> &step)
@@ -136,8 +141,9 @@ template <int D, bool IS_DILATION> struct CellMean {
   template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
     const double volume = step.points.volume[p];
-    const double value = IS_DILATION ? trace(step.points.velocity_gradient[p])
-                                     : trace(step.points.stress[p]) / D;
+    const double value = IS_DILATION
+        ? trace(step.points.velocity_gradient[p])
+        : trace(step.total_stress(p, step.points.stress[p], volume)) / D;
     each_cell(step, p, [&](int node, double weight) {
       const std::size_t k = width_of<D>(KIND) * static_cast<std::size_t>(node);
       add_to(sums, k, volume_scale.integer(weight * volume));
@@ -159,6 +165,7 @@ template <int D, template <int> class... Sum> struct Scatter : PointPass<D>, Sum
   using Pass<D>::step;
   Scatter(const PointPass<D> &pass) : PointPass<D>(pass) {}
 
+  static constexpr bool USES_WATER = (Sum<D>::USES_WATER || ...);
   static constexpr bool adds_to(SumKind kind) { return ((Sum<D>::KIND == kind) || ...); }
   RVE_HD void begin() { (Sum<D>::begin(step), ...); }
   template <class Sums> RVE_HD void operator()(int p, const Sums &sums) const
