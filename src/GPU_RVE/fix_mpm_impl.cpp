@@ -587,8 +587,7 @@ template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
     damaged(fmt::format("it has {} values instead of {}", size, shortest + num_memory));
   const double *const memory = water.unpack(i, extra + RestartRecords::HEADER + DOUBLES);
   // state variables of a law that no model has are dropped
-  if (law != NO_LAW)
-    std::copy_n(memory, num_memory, memory_of(i));
+  if (law != NO_LAW) std::copy_n(memory, num_memory, memory_of(i));
 }
 
 template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
@@ -627,8 +626,10 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
   const auto then = MpmRestartHead<D>::read(lmp, settings.name(), buf);
   restart_step = then.step;
   if (then.water != water.names())
-    error->all(FLERR, "fix mpm {}: the points of the restart file have {}, but those of the script "
-               "have {}; {}", fix->id, then.water.empty() ? "no water" : "the numbers " + then.water,
+    error->all(FLERR,
+               "fix mpm {}: the points of the restart file have {}, but those of the script "
+               "have {}; {}",
+               fix->id, then.water.empty() ? "no water" : "the numbers " + then.water,
                water.exists() ? "the numbers " + water.names() : "no water",
                water.exists() ? "continue the run without the keyword water, or start it again"
                               : "give the keyword water");

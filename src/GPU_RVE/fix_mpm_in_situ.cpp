@@ -257,8 +257,8 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
     const macro::StressGoal goal = ground.goal(n);
     // without a density of the script, the point gets the density whose weight the stress balances
     const double given = setup.given_density(points, i);
-    const double density =
-        given > 0.0 ? given + water.density_at_start(i) : of_grains.at(atom->x[i][D - 1]);
+    const double density = given > 0.0 ? given + water.density_at_start(i)
+                                       : of_grains.at(atom->x[i][D - 1]);
     starts.push_back({stress_at(points, i, goal), density, {}});
     // the stress out of the plane is a lateral stress
     if (D == 2 && !setup.grains[points.model[i]]) starts.back().across_plane = goal.stress(2, 2);

@@ -48,8 +48,8 @@ bool LAMMPS_NS::is_same_checksum(double a, double b)
 /// The head consists of doubles: the version, the number of doubles, a checksum of these two, the
 /// step, and the number of bodies. Each body has its displacement, its velocity, and the length and
 /// numbers of its rotation record. Then come the length and lines of a text with the keywords of
-/// the script, the state variables of each law and the numbers of the pore water. The last number is a checksum of all numbers
-/// before it.
+/// the script, the state variables of each law and the numbers of the pore water. The last number
+/// is a checksum of all numbers before it.
 template <int D> void MpmRestartHead<D>::write(FILE *fp) const
 {
   std::string text;

@@ -144,8 +144,8 @@ template <int D> void MpmWater<D>::begin(const Points &points, const Atoms &made
     if (!is_wet(i)) continue;
     numbers[PRESSURE][i] = pressure_at_start(i);
     // pores as pore_pressure() computes them, so that water without pressure has exactly none
-    numbers[WATER][i] = mpm::water_volume_at(setup.settings.options.water,
-                                             all - numbers[GRAINS][i], numbers[PRESSURE][i]);
+    numbers[WATER][i] = mpm::water_volume_at(setup.settings.options.water, all - numbers[GRAINS][i],
+                                             numbers[PRESSURE][i]);
   }
   int any = !made.empty();
   MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, world);
@@ -184,8 +184,8 @@ template <int D> void MpmWater<D>::report(const Points &points)
     if (points.rigid_body[i] >= 0 || !(numbers[WATER][i] > 0.0)) continue;
     wet++;
     const double n = volumes(points, i).porosity(), p = pressure(points, i);
-    const double softness = setup.laws[points.model[i]]->p_wave_modulus(i) /
-        setup.solver->modulus_of_water(points, i);
+    const double softness =
+        setup.laws[points.model[i]]->p_wave_modulus(i) / setup.solver->modulus_of_water(points, i);
     const double own[] = {-n, n, -p, p, softness};
     for (int k = 0; k < 5; k++) most[k] = std::max(most[k], own[k]);
   }
@@ -199,32 +199,34 @@ template <int D> void MpmWater<D>::report(const Points &points)
                    setup.fix->id);
     return;
   }
-  utils::logmesg(lmp,
-                 "fix mpm {}: {} points have water: porosity {:.4g} to {:.4g}, pore pressure {:.4g} "
-                 "to {:.4g} [stress]\n",
-                 setup.fix->id, wet, -most[0], most[1], -most[2], most[3]);
+  utils::logmesg(
+      lmp,
+      "fix mpm {}: {} points have water: porosity {:.4g} to {:.4g}, pore pressure {:.4g} "
+      "to {:.4g} [stress]\n",
+      setup.fix->id, wet, -most[0], most[1], -most[2], most[3]);
   if (STIFF * most[4] > 1.0)
-    error->warning(FLERR,
-                   "fix mpm {}: the modulus of the water over the porosity is {:.3g} times the "
-                   "P-wave modulus of the ground, below {}, so that the grains carry {:.2g} % of an "
-                   "undrained load; use a higher kw",
-                   setup.fix->id, 1.0 / most[4], STIFF, 100.0 * most[4] / (1.0 + most[4]));
+    error->warning(
+        FLERR,
+        "fix mpm {}: the modulus of the water over the porosity is {:.3g} times the "
+        "P-wave modulus of the ground, below {}, so that the grains carry {:.2g} % of an "
+        "undrained load; use a higher kw",
+        setup.fix->id, 1.0 / most[4], STIFF, 100.0 * most[4] / (1.0 + most[4]));
 }
 
 template <int D> void MpmWater<D>::report_cavitation(const Points &points) const
 {
   if (!exists() || std::isinf(setup.settings.options.water.cavitation)) return;
   setup.solver->fetch(points);
-  const double limit = setup.settings.options.water.cavitation;
+  const double limit = setup.settings.options.water.least_pressure();
   bigint cavitating = 0;
   for (int i = 0; i < atom->nlocal; i++)
-    if (points.rigid_body[i] < 0 && numbers[WATER][i] > 0.0 && pressure(points, i) == -limit)
+    if (points.rigid_body[i] < 0 && numbers[WATER][i] > 0.0 && pressure(points, i) == limit)
       cavitating++;
   MPI_Allreduce(MPI_IN_PLACE, &cavitating, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (cavitating > 0 && comm->me == 0)
     error->warning(FLERR,
-                   "fix mpm {}: the water of {} points cavitates at the pressure {} [stress]",
-                   setup.fix->id, cavitating, rve::number(-limit));
+                   "fix mpm {}: the water of {} points is at the limit of cavitation, {} [stress]",
+                   setup.fix->id, cavitating, rve::number(limit));
 }
 
 template class LAMMPS_NS::MpmWater<2>;

@@ -108,8 +108,8 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
     for (int p = 0; p < size(); ++p) {
       if (rigid_body[p] >= 0) continue;
       grain_volume[p] = (1.0 - porosity) * this->initial_volume[p];
-      water_volume[p] = mpm::water_volume_at(water, this->initial_volume[p] - grain_volume[p],
-                                             pressure(p));
+      water_volume[p] =
+          mpm::water_volume_at(water, this->initial_volume[p] - grain_volume[p], pressure(p));
     }
   }
   double pore_pressure(const mpm::PoreWater &water, int p)

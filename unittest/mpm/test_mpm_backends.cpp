@@ -207,15 +207,14 @@ TEST_P(Backends, GiveTheSameBits)
   expect_same_bits(cpu, cuda);
 }
 
-INSTANTIATE_TEST_SUITE_P(, Backends,
-                         testing::Values(MUSL, Case{Scheme::Musl, ShapeFunction::Linear, 0.0, true},
-                                         Case{Scheme::Usavg, ShapeFunction::Gimp, 0.1, true},
-                                         Case{Scheme::Usavg, ShapeFunction::Linear, 0.0, false},
-                                         Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, true},
-                                         Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, false,
-                                              true},
-                                         Case{Scheme::Usavg, ShapeFunction::Cpgimp, 0.0, true, false,
-                                              true, true}));
+INSTANTIATE_TEST_SUITE_P(
+    , Backends,
+    testing::Values(MUSL, Case{Scheme::Musl, ShapeFunction::Linear, 0.0, true},
+                    Case{Scheme::Usavg, ShapeFunction::Gimp, 0.1, true},
+                    Case{Scheme::Usavg, ShapeFunction::Linear, 0.0, false},
+                    Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, true},
+                    Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, false, true},
+                    Case{Scheme::Usavg, ShapeFunction::Cpgimp, 0.0, true, false, true, true}));
 
 TEST_F(OnDevice, OrderOfThePointsHasNoInfluence)
 {

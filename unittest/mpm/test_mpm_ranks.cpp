@@ -31,7 +31,7 @@ struct Method {
   double damping;
   bool rough, separation;
   bool absorbing = false;
-  bool wet = false;              ///< a part of the points has pore water
+  bool wet = false;    ///< a part of the points has pore water
   bool mean_dilation = false;
 };
 
@@ -90,7 +90,8 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
   options.mean_dilation = method.mean_dilation;
   if (method.wet) {
     options.water = {4e6, 10e3};
-    scene.fill_pores(options.water, 0.4, [&](int p) { return 1e4 * (0.9 - scene.position[3 * p + 1]); });
+    scene.fill_pores(options.water, 0.4,
+                     [&](int p) { return 1e4 * (0.9 - scene.position[3 * p + 1]); });
     for (int p = 0; p < scene.size(); ++p)
       if (scene.id[p] % 5 == 0) scene.water_volume[p] = 0.0;
   }

@@ -55,7 +55,8 @@ template <int D> SceneOf<D> cell_of_points(const PoreWater &water, double densit
 }
 
 /// Returns a pressure [stress] on the faces of the cell that point along +axis.
-template <int D> mpm::TractionLoad<D> pressure_on(const SceneOf<D> &scene, int axis, double pressure)
+template <int D>
+mpm::TractionLoad<D> pressure_on(const SceneOf<D> &scene, int axis, double pressure)
 {
   mpm::TractionLoad<D> load;
   load.traction = mpm::Vec<D>::zero();

@@ -549,7 +549,8 @@ std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options
                                                  const Grid<D> &grid, std::string &obstacle)
 {
   const rve::CudaDevice device = rve::find_cuda_device(
-      options.device_number, reinterpret_cast<const void *>(&over_items<true, false, NodeVelocity<D>>));
+      options.device_number,
+      reinterpret_cast<const void *>(&over_items<true, false, NodeVelocity<D>>));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   SolverOptions<D> own = options;

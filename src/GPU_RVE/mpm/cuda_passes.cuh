@@ -124,8 +124,8 @@ template <class P> __device__ bool is_halted(const Findings &findings)
 }
 
 /// If HasBoxes is false, tells the compiler that the options need no boxes of points
-/// (StepView::has_boxes()); if HasWater is false, that no point has pore water. This saves registers
-/// in the kernels for the default options.
+/// (StepView::has_boxes()). If HasWater is false, no point has pore water. This saves registers in
+/// the kernels for the default options.
 template <bool HasBoxes, bool HasWater, class P> __device__ void leave_out_options(P &pass)
 {
   if constexpr (!HasWater) pass.step.points.water = {};

@@ -298,7 +298,8 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
   fetch(points);
   stresses_.expect_questions();
   const auto speed_of = [&](int p) {
-    const double modulus = stresses_.law(points.model[p]).p_wave_modulus(p) + modulus_of_water(points, p);
+    const double modulus =
+        stresses_.law(points.model[p]).p_wave_modulus(p) + modulus_of_water(points, p);
     const double *v = points.velocity[p];
     const double wave = std::sqrt(modulus * points.volume[p] / points.mass[p]);
     return wave + (D == 2 ? std::hypot(v[0], v[1]) : std::hypot(v[0], v[1], v[2]));

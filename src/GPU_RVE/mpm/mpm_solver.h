@@ -89,12 +89,13 @@ template <int D> class MpmSolver {
 
   /// Returns the Courant number dt max_p (c_p + |v_p|) / h with the cell size h, the velocity v_p
   /// of point p and its wave speed c_p = sqrt(M/ρ). M is the P-wave modulus of the constitutive
-  /// model plus that of the pore water [stress], and ρ = m/V is the density. The maximum includes the wave speeds of dashpots.
-  /// Steps with a Courant number above 1 are unstable, and nonlinear materials need 0.5 or less.
+  /// model plus that of the pore water [stress], and ρ = m/V is the density. The maximum includes
+  /// the wave speeds of dashpots. Steps with a Courant number above 1 are unstable, and nonlinear
+  /// materials need 0.5 or less.
   double cfl_number(const PointView<D> &points, double dt) const;
 
-  /// Returns the part of the pore water in the P-wave modulus of a point, K_w/n at zero pressure, or
-  /// 0 without water [stress].
+  /// Returns the part of the pore water in the P-wave modulus of a point, K_w/n at zero pressure,
+  /// or 0 without water [stress].
   double modulus_of_water(const PointView<D> &points, int p) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].

@@ -252,8 +252,7 @@ template <int D> struct StrainPoint : PointPass<D> {
     step.increment[p] = increment;
     if (!(determinant(increment) > 0.0 && volume > 0.0 && std::isfinite(volume)))
       tally.error(p, ErrorCode::Inverted);
-    if (step.has_water() &&
-        !(volume - points.water.grain_volume[p] >= LEAST_POROSITY * volume))
+    if (step.has_water() && !(volume - points.water.grain_volume[p] >= LEAST_POROSITY * volume))
       tally.error(p, ErrorCode::Porosity);
     if (step.follows())
       for (int a = 0; a < D; ++a)

@@ -24,6 +24,8 @@ struct PoreWater {
   double cavitation = std::numeric_limits<double>::infinity();
 
   RVE_HD bool exists() const { return modulus > 0.0; }
+  /// Pressure of water that cavitates [stress]; a limit of 0 gives a positive zero.
+  RVE_HD double least_pressure() const { return 0.0 - cavitation; }
 };
 
 /// Fields of the pore water of points. `Array<T>` holds one field of all points. All arrays are
@@ -54,9 +56,8 @@ struct PoreVolumes {
 RVE_HD inline double pore_pressure(const PoreWater &water, const PoreVolumes &volumes)
 {
   if (!(volumes.water > 0.0)) return 0.0;
-  const double pressure =
-      water.modulus * (volumes.water / (volumes.all - volumes.grains) - 1.0);
-  return pressure < -water.cavitation ? -water.cavitation : pressure;
+  const double pressure = water.modulus * (volumes.water / (volumes.all - volumes.grains) - 1.0);
+  return pressure < water.least_pressure() ? water.least_pressure() : pressure;
 }
 
 /// Returns the modulus -V dp/dV of the water in a point without a limit of cavitation [stress]. It

@@ -97,7 +97,7 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   double flip, damping, thickness;
   bool mean_dilation;    ///< volumetric parts of strains and stresses are means over cells
   PoreWater water;
-  bool absorbs;          ///< some sides have dashpots
+  bool absorbs;    ///< some sides have dashpots
   double dt = 0.0;
   int num_bodies, num_models = 0, num_loads = 0;
   int num_rigid;    ///< number of bodies that can turn

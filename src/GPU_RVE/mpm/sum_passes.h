@@ -54,8 +54,8 @@ template <int D> struct InertiaForStrains : Inertia<D> {
 };
 
 /// Sums of the forces on nodes, f_I = - Σ V σ·∇N_I + Σ f N_I, with the volume V, total stress σ,
-/// body force f and shape functions N_I of points (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl.
-/// Mech. Eng. 118, 179). take() adds f_I dt to the momentum of the node.
+/// body force f and shape functions N_I of points (Sulsky, Chen & Schreyer 1994, Comput. Methods
+/// Appl. Mech. Eng. 118, 179). take() adds f_I dt to the momentum of the node.
 template <int D> struct Force {
   static constexpr SumKind KIND = VectorSums;
   static constexpr bool USES_WATER = true;
