@@ -54,7 +54,7 @@ FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
   fix->size_peratom_cols = num_columns();
   fix->size_vector = HEAD + PER_BODY * (int) settings.bodies.size() + TIMES + D +
       PER_TURNING * (int) turning.size();
-  fix->maxexchange = DOUBLES + layout.width() + num_columns();
+  fix->maxexchange = DOUBLES + water.width() + layout.width() + num_columns();
 
   // the solver makes collective calls only after all ranks agree that none has failed
   // (raise_on_all)
@@ -86,13 +86,17 @@ template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
       error->all(FLERR, "fix mpm {}: column hoop_stress needs axisymmetric yes", fix->id);
     rve::Words known;
     auto [field, unit] = Fields::number_field(name);
+    const int of_water = MpmWater<D>::column(name);
+    if (of_water >= 0 && !water.exists())
+      error->all(FLERR, "fix mpm {}: column {} needs the keyword water", fix->id, name);
+    if (of_water >= 0) unit = MpmWater<D>::unit(of_water);
     for (int law = 0; law < layout.num_laws(); law++)
       for (const mpm::StateVariable &variable : layout.variables(law)) {
         if (std::find(known.begin(), known.end(), variable.name) == known.end())
           known.emplace_back(variable.name);
         if (variable.name == name) unit = variable.unit;
       }
-    if (!field && std::find(known.begin(), known.end(), name) == known.end())
+    if (!field && of_water < 0 && std::find(known.begin(), known.end(), name) == known.end())
       error->all(FLERR, "fix mpm {}: column: no model has the state variable '{}'{}", fix->id, name,
                  known.empty() ? std::string("; the models have no state variables")
                                : rve::did_you_mean(name, known, "there are"));
@@ -104,6 +108,7 @@ template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
   for (const std::string &name : state_columns) {
     const bool is_hoop = settings.options.axisymmetric && name == "out_of_plane_stress";
     field_columns.push_back(Fields::number_field(is_hoop ? "hoop_stress" : name).first);
+    water_columns.push_back(MpmWater<D>::column(name));
   }
   for (int law = 0; law < layout.num_laws(); law++) {
     index_of_law.emplace_back();
@@ -216,6 +221,7 @@ template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
     view.body_force = {&atom->f[0][0]};
   }
   Fields::show(view);
+  water.show(view);
   view.memory = rows.data();
   view.model = model.data();
   view.rigid_body = body.data();
@@ -239,9 +245,8 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
   find_members();
   claim_points();
   const std::vector<int> made = make_points(false);
-  if (settings.in_situ.given)
-    begin_in_situ(made);
-  else if (rve::norm(settings.initial_stress) > 0.0)
+  begin_state(made);
+  if (!settings.in_situ.given && rve::norm(settings.initial_stress) > 0.0)
     ground.check_strength(points(), made);
   copy_masses();
   checks.check_volume(points(), made, false);
@@ -260,10 +265,21 @@ template <int D> void FixMpm::ImplOf<D>::pre_force()
   find_members();
   claim_points();
   const std::vector<int> made = make_points(true);
-  if (settings.in_situ.given) begin_in_situ(made);
+  begin_state(made);
   ground.forget();    // no report, because in motion the unbalanced forces are not 0
   copy_masses();
   checks.check_volume(points(), made, true);
+}
+
+template <int D> void FixMpm::ImplOf<D>::begin_state(const std::vector<int> &made)
+{
+  if (settings.in_situ.given) {
+    begin_in_situ(made);
+  } else {
+    water.find_porosities(points(), made);
+    for (const int i : made) mass[i] += water.density_at_start(i) * settings.initial_volume;
+  }
+  water.begin(points(), made);
 }
 
 template <int D> void FixMpm::ImplOf<D>::begin_in_situ(const std::vector<int> &made)
@@ -318,6 +334,7 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
         fix->id, atom->tag[i], source->id);
   if (!is_new) return false;
   Fields::set_point(i, {});
+  water.clear(i);
   const double half = 0.5 * settings.width_of_point();
   for (int a = 0; a < D; a++) {
     reference[i][a] = atom->x[i][a];
@@ -379,6 +396,7 @@ template <int D> void FixMpm::ImplOf<D>::setup()
   solve(false);
   checks.check_enclosed(points());
   ground.report(points());
+  water.report(points());
   checks.report_parts();
   waves.check_rounding(points(), loads.body_speed());
   if (!this->has_grains()) progress.begin();
@@ -414,6 +432,7 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
 template <int D> void FixMpm::ImplOf<D>::post_run()
 {
   if (output_is_old) fill_output();
+  water.report_cavitation(points());
   checks.report_damping(fix->size_vector - PER_TURNING * (int) turning.size());
   checks.keep_positions();
   times.report();
@@ -442,6 +461,7 @@ void FixMpm::ImplOf<D>::fill_measures(double *row, const Matrix &sigma, const Ma
 template <int D> void FixMpm::ImplOf<D>::fill_output()
 {
   fetch_points();
+  const mpm::PointView<D> view = points();
   const rve::LightWork work(atom->nlocal, settings.options.threads);
 #pragma omp parallel for num_threads(work.team)
   for (int i = 0; i < atom->nlocal; i++) {
@@ -467,6 +487,8 @@ template <int D> void FixMpm::ImplOf<D>::fill_output()
       const int place = remembers ? index_of_law[(int) remembering[i]][k] : -1;
       if (place >= 0)
         row[STATE + k] = memory_of(i)[place];
+      else if (water_columns[k] >= 0)
+        row[STATE + k] = water.value(water_columns[k], view, i);
       else
         row[STATE + k] = field_columns[k] ? (*field_columns[k])[i] : 0.0;
     }
@@ -512,6 +534,7 @@ template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 {
   if (solver) solver->synchronise();    // pending stresses would be written to the old arrays
   Fields::resize_fields(nmax);
+  water.resize(nmax);
   rows.resize((std::size_t) nmax * layout.width());
   memory->grow(output, nmax, fix->size_peratom_cols, "fix mpm:output");
   fix->array_atom = output;
@@ -521,6 +544,7 @@ template <int D> void FixMpm::ImplOf<D>::copy_arrays(int i, int j)
 {
   claim_points();
   Fields::set_point(j, Fields::point(i));
+  water.copy(i, j);
   std::copy_n(memory_of(i), layout.width(), memory_of(j));
   std::copy_n(fix->array_atom[i], fix->size_peratom_cols, fix->array_atom[j]);
 }
@@ -529,6 +553,7 @@ template <int D> void FixMpm::ImplOf<D>::set_arrays(int i)
 {
   claim_points();
   Fields::set_point(i, {});
+  water.clear(i);
   has_new = true;
   std::fill_n(fix->array_atom[i], fix->size_peratom_cols, 0.0);
 }
@@ -537,7 +562,8 @@ template <int D> int FixMpm::ImplOf<D>::pack_exchange(int i, double *buf)
 {
   claim_points();
   Fields::pack_point(i, buf);
-  double *const columns = std::copy_n(memory_of(i), layout.width(), buf + DOUBLES);
+  double *const memory = water.pack(i, buf + DOUBLES);
+  double *const columns = std::copy_n(memory_of(i), layout.width(), memory);
   // the columns are sent with the point, because variables can read them before the step ends
   std::copy_n(fix->array_atom[i], fix->size_peratom_cols, columns);
   return fix->maxexchange;
@@ -547,8 +573,9 @@ template <int D> int FixMpm::ImplOf<D>::unpack_exchange(int i, const double *buf
 {
   claim_points();
   Fields::unpack_point(i, buf);
-  std::copy_n(buf + DOUBLES, layout.width(), memory_of(i));
-  std::copy_n(buf + DOUBLES + layout.width(), fix->size_peratom_cols, fix->array_atom[i]);
+  const double *const memory = water.unpack(i, buf + DOUBLES);
+  std::copy_n(memory, layout.width(), memory_of(i));
+  std::copy_n(memory + layout.width(), fix->size_peratom_cols, fix->array_atom[i]);
   return fix->maxexchange;
 }
 
@@ -558,7 +585,8 @@ template <int D> int FixMpm::ImplOf<D>::pack_restart(int i, double *buf)
   const int size = size_restart(i);
   RestartRecords::write_header(lmp, i, size, buf);
   Fields::pack_point(i, buf + RestartRecords::HEADER);
-  std::copy_n(memory_of(i), num_remembered(i), buf + RestartRecords::HEADER + DOUBLES);
+  double *const memory = water.pack(i, buf + RestartRecords::HEADER + DOUBLES);
+  std::copy_n(memory_of(i), num_remembered(i), memory);
   buf[size - 1] = mpm_checksum(buf, size - 1);
   return size;
 }
@@ -575,7 +603,8 @@ template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
   };
   if (!is_same_checksum(extra[size - 1], mpm_checksum(extra, size - 1)))
     damaged("its checksum does not match its values");
-  if (size < RECORD) damaged(fmt::format("it has {} values instead of {}", size, RECORD));
+  const int shortest = RECORD + water.width();
+  if (size < shortest) damaged(fmt::format("it has {} values instead of {}", size, shortest));
   Fields::unpack_point(i, extra + RestartRecords::HEADER);
   double &law = remembering[i];
   int num_memory = 0;
@@ -586,11 +615,11 @@ template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
     num_memory = size_in_file[in_file];
     law = law_of_file[in_file];
   }
-  if (size != RECORD + num_memory)
-    damaged(fmt::format("it has {} values instead of {}", size, RECORD + num_memory));
+  if (size != shortest + num_memory)
+    damaged(fmt::format("it has {} values instead of {}", size, shortest + num_memory));
+  const double *const memory = water.unpack(i, extra + RestartRecords::HEADER + DOUBLES);
   // state variables of a law that no model has are dropped
-  if (law != NO_LAW)
-    std::copy_n(extra + RestartRecords::HEADER + DOUBLES, num_memory, memory_of(i));
+  if (law != NO_LAW) std::copy_n(memory, num_memory, memory_of(i));
 }
 
 template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
@@ -604,6 +633,7 @@ template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
       head.bodies.back().turning = solver->rigid_bodies().record(b);
   }
   head.words = settings.words;
+  head.water = water.names();
   for (int k = 0; k < layout.num_laws(); k++)
     head.laws.emplace_back(layout.word(k), layout.names(k));
   for (const MpmModel<D> &model : settings.models)
@@ -639,6 +669,14 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
                "volumes and masses of its points do not suit",
                fix->id, settings.options.axisymmetric ? "yes" : "no",
                settings.options.axisymmetric ? "no" : "yes");
+  if (then.water != water.names())
+    error->all(FLERR,
+               "fix mpm {}: the points of the restart file have {}, but those of the script "
+               "have {}; {}",
+               fix->id, then.water.empty() ? "no water" : "the numbers " + then.water,
+               water.exists() ? "the numbers " + water.names() : "no water",
+               water.exists() ? "continue the run without the keyword water, or start it again"
+                              : "give the keyword water");
   law_of_file.clear();
   size_in_file.clear();
   for (const auto &[law, names] : then.laws) find_law(law, names);

@@ -7,6 +7,7 @@
 
 #include "fix_mpm_fields.h"
 #include "fix_mpm_jobs.h"
+#include "fix_mpm_water.h"
 #include "lammps/progress.h"
 #include "lammps/restart_record.h"
 #include "mpm/memory_layout.h"
@@ -53,8 +54,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   int unpack_exchange(int i, const double *buf) override;
   int pack_restart(int i, double *buf) override;
   void unpack_restart(int i, int nth) override;
-  int size_restart(int i) const override { return RECORD + num_remembered(i); }
-  int maxsize_restart() const override { return RECORD + layout.width(); }
+  int size_restart(int i) const override { return RECORD + water.width() + num_remembered(i); }
+  int maxsize_restart() const override { return RECORD + water.width() + layout.width(); }
   void write_restart(FILE *fp) const override;
   void restart(const char *buf) override;
 
@@ -91,7 +92,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   MpmLoads<D> loads{*this};
   MpmWaves<D> waves{*this};
   MpmChecks<D> checks{*this};
-  MpmGround<D> ground{*this};
+  MpmWater<D> water{*this};
+  MpmGround<D> ground{*this, water};
   MpmTimes<D> times{*this};
   Progress progress;
   double restart_step = 0.0;    // step in the head of a restart file
@@ -113,6 +115,7 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   // For each column from STATE on, the point field with the name of the column, or null. The column
   // shows the field for points whose law has no state variable of this name.
   std::vector<const std::vector<double> *> field_columns;
+  std::vector<int> water_columns;    // for each column from STATE on, its MpmWater::Column or -1
 
   double *memory_of(int i) { return rows.data() + (std::size_t) i * layout.width(); }
   int num_columns() const { return STATE + (int) state_columns.size(); }
@@ -144,7 +147,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
     members_are_known = false;
   }
 
-  // number of values of a restart record without state variables: header, point and checksum
+  // number of values of a restart record without water and state variables: header, point and
+  // checksum
   static constexpr int RECORD = RestartRecords::HEADER + DOUBLES + 1;
 
   /// Returns the number of state variables of a point.
@@ -172,8 +176,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
 
   mpm::PointView<D> points();
 
-  /// Sets the stress, mass and state variables of the new points `made` to in-situ values;
-  /// collective.
+  /// Sets the stress, mass, state variables and water of the new points `made`; collective.
+  void begin_state(const std::vector<int> &made);
   void begin_in_situ(const std::vector<int> &made);
   /// Advances the points by one step. If `advance` is false, it evaluates only the forces.
   /// Collective.

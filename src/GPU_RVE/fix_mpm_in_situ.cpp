@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "fix_mpm_jobs.h"
+#include "fix_mpm_water.h"
 
 #include "lammps/mpm_communication.h"
 #include "rve/core/error.h"
@@ -50,6 +50,7 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
   for (const int i : made) top = std::max(top, atom->x[i][D - 1] + 0.5 * width);
   MPI_Allreduce(MPI_IN_PLACE, &top, 1, MPI_DOUBLE, MPI_MAX, world);
 
+  const std::vector<double> density = densities(points, made);    // finds the water, too
   macro::GroundAtRest::Points given;
   given.finds_k0 = in_situ.is_at_rest;
   CollectiveError wrong_k0, without_grains;
@@ -57,6 +58,7 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
     given.height.push_back(atom->x[i][D - 1]);
     given.surface.push_back(in_situ.surface ? surface[i] : top);
     given.surcharge.push_back(surcharge[i]);
+    if (water.exists()) given.pore_pressure.push_back(water.pressure_at_start(i));
     if (in_situ.is_at_rest) {
       if (!setup.grains[points.model[i]]) without_grains.add(atom->tag[i], {});
       continue;
@@ -74,7 +76,7 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
                        "(atoms with an invalid value: {})",
                        setup.fix->id, id, rve::number(at[0]), all);
   });
-  macro::GroundAtRest ground(in_situ.gravity, width, D - 1, given, densities(points, made),
+  macro::GroundAtRest ground(in_situ.gravity, width, D - 1, given, density,
                              mpm_communication(lmp, setup.settings.name()));
   CollectiveError tension;
   for (std::size_t n = 0; n < made.size(); n++) {
@@ -82,11 +84,12 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
     if (!(pressure > 0.0 && std::isfinite(pressure)))
       tension.add(atom->tag[made[n]], {pressure, given.height[n], given.surface[n]});
   }
+  const char *const kind = water.exists() ? "effective vertical pressure" : "vertical pressure";
   tension.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
-    return fmt::format("fix mpm {}: insitu: the vertical pressure of atom {} is {} [stress] at the "
+    return fmt::format("fix mpm {}: insitu: the {} of atom {} is {} [stress] at the "
                        "height {} [length], under a surface at {} [length]; it must be greater "
                        "than 0 (atoms with an invalid value: {})",
-                       setup.fix->id, id, rve::number(at[0]), rve::number(at[1]),
+                       setup.fix->id, kind, id, rve::number(at[0]), rve::number(at[1]),
                        rve::number(at[2]), all);
   });
   return ground;
@@ -95,8 +98,10 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
 template <int D>
 std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &made) const
 {
+  water.find_porosities(points, made);    // RVEs may have another porosity now
   std::vector<double> values;
-  for (const int i : made) values.push_back(setup.density_of(points, i));
+  for (const int i : made)
+    values.push_back(setup.density_of(points, i) + water.density_at_start(i));
   return values;
 }
 
@@ -113,7 +118,7 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const
   for (const int i : made) {
     if (setup.given_density(points, i) > 0.0) continue;
     height.push_back(atom->x[i][D - 1]);
-    value.push_back(setup.density_of(points, i));
+    value.push_back(setup.density_of(points, i) + water.density_at_start(i));
   }
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
@@ -224,9 +229,10 @@ auto MpmGround<D>::find_by_components(const Points &points, const Atoms &made) -
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   const double tolerance = setup.settings.in_situ.tolerance.value_or(ERROR_OF_STRESS * largest);
   const macro::InSituReport report = bring_grains(points, made, goals, tolerance);
+  const std::vector<double> density = densities(points, made);
   Starts starts;
   for (std::size_t n = 0; n < made.size(); n++)
-    starts.push_back({stress_at(points, made[n], goals[n]), setup.density_of(points, made[n]), {}});
+    starts.push_back({stress_at(points, made[n], goals[n]), density[n], {}});
   weight_of_cell = 0.0;
   report_grains(report, 1);
   return starts;
@@ -255,7 +261,8 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
     const macro::StressGoal goal = ground.goal(n);
     // without a density of the script, the point gets the density whose weight the stress balances
     const double given = setup.given_density(points, i);
-    const double density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
+    const double density = given > 0.0 ? given + water.density_at_start(i)
+                                       : of_grains.at(atom->x[i][D - 1]);
     starts.push_back({stress_at(points, i, goal), density, {}});
     // the stress out of the plane is a lateral stress
     if (D == 2 && !setup.grains[points.model[i]]) starts.back().across_plane = goal.stress(2, 2);

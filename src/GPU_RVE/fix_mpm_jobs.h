@@ -238,6 +238,8 @@ template <int D> class MpmChecks : protected Pointers {
   Box box() const;
 };
 
+template <int D> class MpmWater;
+
 /// Finds the in-situ stress of new points, and reports unbalanced forces.
 template <int D> class MpmGround : protected Pointers {
  public:
@@ -246,12 +248,15 @@ template <int D> class MpmGround : protected Pointers {
   using Atoms = std::vector<int>;
   using Goals = std::vector<macro::StressGoal>;
 
-  explicit MpmGround(const MpmSetup<D> &_setup) : Pointers(_setup.lmp), setup(_setup) {}
+  MpmGround(const MpmSetup<D> &_setup, MpmWater<D> &_water) :
+      Pointers(_setup.lmp), setup(_setup), water(_water)
+  {
+  }
 
   /// The initial state of a new point.
   struct Start {
-    Tensor stress;     ///< Cauchy stress [stress]
-    double density;    ///< [mass/length^3]
+    Tensor stress;     ///< effective Cauchy stress [stress]
+    double density;    ///< with the water [mass/length^3]
     /// Out-of-plane stress of a point without an RVE at rest in the plane [stress].
     std::optional<double> across_plane;
   };
@@ -270,6 +275,7 @@ template <int D> class MpmGround : protected Pointers {
 
  private:
   const MpmSetup<D> &setup;
+  MpmWater<D> &water;
   bool is_new = false;
   bool warned_strength = false;    // warned of stress beyond the strength in this run
   double weight_of_cell = 0.0;    // weight of a cell of new points, or 0 if it is not known [force]
@@ -279,6 +285,7 @@ template <int D> class MpmGround : protected Pointers {
   Tensor stress_at(const Points &points, int i, const macro::StressGoal &goal) const;
   macro::GroundAtRest at_rest(const Points &points, const Atoms &made) const;
   Goals goals_by_components(const Atoms &made) const;
+  /// Returns the densities of points with their water [mass/length^3].
   std::vector<double> densities(const Points &points, const Atoms &made) const;
   macro::HeightProfile density_of_grains(const Points &points, const Atoms &made,
                                          const macro::GroundAtRest &ground) const;

@@ -21,6 +21,8 @@ namespace {
 // Beginning of a line of the head that names a law. The next line has the names of its state
 // variables.
 const std::string STATE_OF = "state of ";
+// Line before the names of the numbers that a point with water stores. Without water there is none.
+const std::string WATER_NUMBERS = "numbers of water";
 // Line before the arguments of a fix_modify of a model. It appears only if fix_modify has changed a
 // model.
 const std::string MODIFIED = "fix_modify";
@@ -46,13 +48,14 @@ bool LAMMPS_NS::is_same_checksum(double a, double b)
 /// The head consists of doubles: the version, the number of doubles, a checksum of these two, the
 /// step, and the number of bodies. Each body has its displacement, its velocity, and the length and
 /// numbers of its rotation record. Then come the length and lines of a text with the keywords of
-/// the script and the state variables of each law. The last number is a checksum of all numbers
-/// before it.
+/// the script, the state variables of each law and the numbers of the pore water. The last number
+/// is a checksum of all numbers before it.
 template <int D> void MpmRestartHead<D>::write(FILE *fp) const
 {
   std::string text;
   for (const auto &[about, values] : words) text += about + "\n" + values + "\n";
   for (const auto &[law, names] : laws) text += STATE_OF + law + "\n" + names + "\n";
+  if (!water.empty()) text += WATER_NUMBERS + "\n" + water + "\n";
   for (const std::string &model : modifications) text += MODIFIED + "\n" + model + "\n";
   std::vector<double> head(HEAD_FIRST);
   head.insert(head.end(), {step, (double) bodies.size()});
@@ -129,6 +132,8 @@ MpmRestartHead<D> MpmRestartHead<D>::read(LAMMPS *lmp, const std::string &name, 
   for (std::string about, values; std::getline(text, about) && std::getline(text, values);) {
     if (about.rfind(STATE_OF, 0) == 0)
       head.laws.emplace_back(about.substr(STATE_OF.size()), values);
+    else if (about == WATER_NUMBERS)
+      head.water = values;
     else if (about == MODIFIED)
       head.modifications.push_back(values);
     else

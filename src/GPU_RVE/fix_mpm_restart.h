@@ -34,6 +34,7 @@ template <int D> struct MpmRestartHead {
   std::vector<Body> bodies;
   MpmArguments words;    ///< keywords and values of the script
   MpmArguments laws;     ///< words of laws and the names of their state variables
+  std::string water;     ///< names of the numbers of the pore water, or "" without water
   std::vector<std::string> modifications;    ///< arguments of fix_modify, one text for each model
 
   /// Writes the size in bytes and the head.

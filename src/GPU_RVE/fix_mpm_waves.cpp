@@ -185,7 +185,8 @@ template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
       const double away = side % 2 ? options.hi[axis] - atom->x[i][axis]
                                    : atom->x[i][axis] - options.lo[axis];
       if (away > options.cell_size) continue;
-      const double moduli[KINDS] = {law.p_wave_modulus(i), law.shear_modulus(i)};
+      const double of_water = setup.solver->modulus_of_water(points, i);
+      const double moduli[KINDS] = {law.p_wave_modulus(i) + of_water, law.shear_modulus(i)};
       for (int kind = 0; kind < KINDS; kind++) {
         if (!(moduli[kind] > 0.0)) continue;    // RVE without contacts, or unknown modulus
         const double speed = std::sqrt(moduli[kind] * points.volume[i] / points.mass[i]);

@@ -98,6 +98,8 @@ struct FixRve::Impl : protected Pointers {
   /// Returns the bulk density of the RVE of an atom: the mass of its grains divided by the volume
   /// of its cell [mass/length^3].
   virtual double bulk_density(int atom) const = 0;
+  /// Returns the void ratio of the RVE of an atom [-].
+  virtual double void_ratio(int atom) const = 0;
   virtual mpm::Constitutive<2> *material_of_plane() = 0;
   /// Returns the RVEs as a material in three dimensions, or null if they consist of disks.
   virtual mpm::Constitutive<3> *material_of_space() = 0;

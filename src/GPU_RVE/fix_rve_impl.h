@@ -49,6 +49,7 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   double vector_component(int n) const override;
   double bytes() const override;
   double bulk_density(int atom) const override;
+  double void_ratio(int atom) const override { return this->point(atom).result.void_ratio; }
   auto path_report(int atom) const { return drives.path_report(atom); }
   double inertial_number(int atom) const;
   double servo_error(int atom) const { return points->servo_error(slot[atom]); }

@@ -30,6 +30,7 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
   std::vector<double> position, velocity, body_force, memory;
   int memory_width = 0;
   std::vector<int> model, rigid_body;
+  std::vector<double> water_volume, grain_volume;    ///< empty if no point has water
 
   int size() const { return static_cast<int>(id.size()); }
 
@@ -97,6 +98,25 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
   }
   double *row(int p) { return memory.data() + p * memory_width; }
 
+  /// Fills the pores of all deformable points with water of the pressure pressure(p) [stress]. The
+  /// masses do not change.
+  template <class Pressure>
+  void fill_pores(const mpm::PoreWater &water, double porosity, const Pressure &pressure)
+  {
+    water_volume.assign(size(), 0.0);
+    grain_volume.assign(size(), 0.0);
+    for (int p = 0; p < size(); ++p) {
+      if (rigid_body[p] >= 0) continue;
+      grain_volume[p] = (1.0 - porosity) * this->initial_volume[p];
+      water_volume[p] =
+          mpm::water_volume_at(water, this->initial_volume[p] - grain_volume[p], pressure(p));
+    }
+  }
+  double pore_pressure(const mpm::PoreWater &water, int p)
+  {
+    return mpm::pore_pressure(water, view().pore_volumes(p, this->volume[p]));
+  }
+
   /// Returns the same points in the given order.
   SceneOf selected(const std::vector<int> &order) const
   {
@@ -115,6 +135,9 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
       scene.memory.insert(scene.memory.end(), row, row + memory_width);
       scene.model.push_back(model[p]);
       scene.rigid_body.push_back(rigid_body[p]);
+      if (water_volume.empty()) continue;
+      scene.water_volume.push_back(water_volume[p]);
+      scene.grain_volume.push_back(grain_volume[p]);
     }
     return scene;
   }
@@ -132,6 +155,7 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
     view.memory = memory.data();
     view.model = model.data();
     view.rigid_body = rigid_body.data();
+    if (!water_volume.empty()) view.water = {water_volume.data(), grain_volume.data()};
     return view;
   }
 };

@@ -32,7 +32,11 @@ struct Case {
   double damping;
   bool separation;
   bool absorbing = false;
+  bool wet = false;    ///< the points have pore water
+  bool mean_dilation = false;
 };
+
+constexpr mpm::PoreWater WATER = {4e6, 10e3};
 
 mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
 {
@@ -40,6 +44,8 @@ mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
   options.scheme = what.scheme;
   options.shape = what.shape;
   options.damping = what.damping;
+  options.mean_dilation = what.mean_dilation;
+  if (what.wet) options.water = WATER;
   options.flip = 0.99;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
@@ -93,6 +99,7 @@ struct Ground {
       solver(options_for(what, device), communication)
   {
     scene.begin_memory(frictional);
+    if (what.wet) scene.fill_pores(WATER, 0.4, [](int p) { return 100.0 * (p % 7); });
     solver.set_models({&elastic, &frictional});
     solver.set_body_velocity(0, {{0.0, -0.2}});
     solver.set_body_velocity(1, {{0.05, 0.0}});
@@ -201,12 +208,14 @@ TEST_P(Backends, GiveTheSameBits)
   expect_same_bits(cpu, cuda);
 }
 
-INSTANTIATE_TEST_SUITE_P(, Backends,
-                         testing::Values(MUSL, Case{Scheme::Musl, ShapeFunction::Linear, 0.0, true},
-                                         Case{Scheme::Usavg, ShapeFunction::Gimp, 0.1, true},
-                                         Case{Scheme::Usavg, ShapeFunction::Linear, 0.0, false},
-                                         Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false,
-                                              true}));
+INSTANTIATE_TEST_SUITE_P(
+    , Backends,
+    testing::Values(MUSL, Case{Scheme::Musl, ShapeFunction::Linear, 0.0, true},
+                    Case{Scheme::Usavg, ShapeFunction::Gimp, 0.1, true},
+                    Case{Scheme::Usavg, ShapeFunction::Linear, 0.0, false},
+                    Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, true},
+                    Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, false, true},
+                    Case{Scheme::Usavg, ShapeFunction::Cpgimp, 0.0, true, false, true, true}));
 
 TEST_F(OnDevice, OrderOfThePointsHasNoInfluence)
 {

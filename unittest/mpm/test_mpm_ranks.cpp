@@ -31,6 +31,8 @@ struct Method {
   double damping;
   bool rough, separation;
   bool absorbing = false;
+  bool wet = false;    ///< a part of the points has pore water
+  bool mean_dilation = false;
 };
 
 /// All numbers of a point that a step changes, compared as bytes.
@@ -85,6 +87,14 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
     options.dashpots = {{{0.0, 40.0}, {80.0, 40.0}, {}, {80.0, 0.0}}};
   }
   options.damping = method.damping;
+  options.mean_dilation = method.mean_dilation;
+  if (method.wet) {
+    options.water = {4e6, 10e3};
+    scene.fill_pores(options.water, 0.4,
+                     [&](int p) { return 1e4 * (0.9 - scene.position[3 * p + 1]); });
+    for (int p = 0; p < scene.size(); ++p)
+      if (scene.id[p] % 5 == 0) scene.water_volume[p] = 0.0;
+  }
   options.flip = 0.99;
   options.rigid_bodies.resize(3);
   options.rigid_bodies[ANVIL].face = Face::YHi;
@@ -282,6 +292,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Method{Scheme::Musl, ShapeFunction::Gimp, 0.0, false, true},
                     Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, true, false, true},
                     Method{Scheme::Musl, ShapeFunction::Linear, 0.1, true, true},
+                    Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, true, true, false, true, true},
+                    Method{Scheme::Usavg, ShapeFunction::Gimp, 0.0, true, false, false, true},
                     Method{Scheme::Usavg, ShapeFunction::Linear, 0.0, false, false}));
 
 TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)

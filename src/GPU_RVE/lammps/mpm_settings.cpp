@@ -355,9 +355,43 @@ template <int D> void read_stress(ScriptArguments &words, ParseState<D> &state)
     for (int b = a + 1; b < D; b++) stress(a, b) = stress(b, a) = words.number(shears[k++]);
 }
 
+constexpr const char *WATER_FORM = "group-ID undrained kw value density value porosity value | rve "
+                                   "[cavitation value]";
+
+/// Reads *water*. The words have a fixed order, because *density* is also a keyword of the command.
+template <int D> void read_water(ScriptArguments &words, ParseState<D> &state)
+{
+  MpmWaterSettings &water = state.settings.water;
+  water.given = true;
+  water.group = words.peek();
+  water.groupbit = words.groupbit("group");
+  const auto expect = [&](const char *part) {
+    if (!words.take(part))
+      words.refuse(fmt::format("water has '{}' instead of {}; it must read: water {}",
+                               words.next(part), part, WATER_FORM));
+  };
+  expect("undrained");
+  expect("kw");
+  state.options.water.modulus = words.positive("kw", "[stress]");
+  expect("density");
+  water.density = words.positive("density", "[mass/length^3]");
+  expect("porosity");
+  water.takes_porosity_of_rves = words.take("rve");
+  if (!water.takes_porosity_of_rves && words.starts_number())
+    water.porosity.constant = words.within("porosity", "[-]", 0.0, 1.0);
+  else if (!water.takes_porosity_of_rves)
+    water.porosity = words.value("porosity");
+  if (!words.take("cavitation")) return;
+  state.options.water.cavitation = words.number("cavitation");
+  if (!(state.options.water.cavitation >= 0.0))
+    words.refuse(fmt::format("water cavitation is {} [stress]; it must be at least 0, the suction "
+                             "that the water bears",
+                             rve::number(state.options.water.cavitation)));
+}
+
 constexpr const char *IN_SITU_FORM = "gravity g k0 value | rest [surcharge q] [surface height] "
-                                     "[tolerance stress], or stress component ... "
-                                     "[tolerance stress]";
+                                     "[water_table height] [tolerance stress], or stress "
+                                     "component ... [tolerance stress]";
 
 /// Reads *insitu*. Its atom-style variables are evaluated later, when points are made.
 template <int D> void read_in_situ(ScriptArguments &words, ParseState<D> &state)
@@ -385,6 +419,8 @@ template <int D> void read_in_situ(ScriptArguments &words, ParseState<D> &state)
       s.surcharge = words.value("surcharge");
     } else if (take("surface")) {
       s.surface = words.value("surface");
+    } else if (take("water_table")) {
+      s.water_table = words.value("water_table");
     } else if (take("tolerance")) {
       s.tolerance = words.positive("tolerance", "[stress]");
     } else {
@@ -395,7 +431,8 @@ template <int D> void read_in_situ(ScriptArguments &words, ParseState<D> &state)
   const auto has = [&](std::string_view part) {
     return std::find(given.begin(), given.end(), part) != given.end();
   };
-  const bool is_ground = has("gravity") || has("k0") || has("surface") || has("surcharge");
+  const bool is_ground = has("gravity") || has("k0") || has("surface") || has("surcharge") ||
+      has("water_table");
   if (s.is_by_components() ? is_ground : !(has("gravity") && has("k0")))
     words.refuse(fmt::format(
         "insitu needs gravity and k0, or stress alone; it must read: insitu {}", IN_SITU_FORM));
@@ -479,6 +516,7 @@ const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
     {"density", "value | rve", read_density<D>},
     {"stress", D == 2 ? "sxx syy sxy" : "sxx syy szz sxy sxz syz", read_stress<D>},
     {"insitu", IN_SITU_FORM, read_in_situ<D>},
+    {"water", WATER_FORM, read_water<D>},
     {"volume", "value", read_volume<D>},
     {"points_per_cell", "value", read_volume<D>},
     {"rigid", rigid_form<D>(), read_rigid<D>},
@@ -531,6 +569,13 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
     while (words.next_keyword()) words.read(KEYWORDS<D>, state);
     if (settings.in_situ.given && words.has("stress"))
       lmp->error->all(FLERR, "{}: stress and insitu exclude each other", name);
+    if (settings.in_situ.water_table && !settings.water.given)
+      lmp->error->all(FLERR, "{}: insitu water_table needs the keyword water", name);
+    if (settings.water.given && options.axisymmetric)
+      lmp->error->all(FLERR,
+                      "{}: water does not support axisymmetric yes; use a plane model or a quarter "
+                      "in three dimensions",
+                      name);
     check_forms(lmp, state);
     if (options.axisymmetric)
       for (MpmModel<D> &model : settings.models) model.set_axisymmetric();
@@ -583,6 +628,7 @@ template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const
   };
   for (const auto &body : bodies) check_group("rigid", body.group, body.groupbit);
   for (const auto &model : models) check_group("model", model.group, model.groupbit);
+  if (water.given) check_group("water", water.group, water.groupbit);
   for (const auto &load : tractions)
     if (load.groupbit)
       check_group(load.keyword(), load.id, load.groupbit);
@@ -603,6 +649,8 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
   const std::string of_in_situ = name() + ": insitu";
   for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, of_in_situ);
   if (in_situ.surface) in_situ.surface->find(lmp, of_in_situ);
+  if (in_situ.water_table) in_situ.water_table->find(lmp, of_in_situ);
+  water.porosity.find(lmp, name() + ": water");
   for (ScriptValue &component : in_situ.components) component.find(lmp, of_in_situ);
   for (auto &load : tractions)
     for (auto &component : load.traction) component.find(lmp, name());

@@ -38,6 +38,17 @@ template <int D> struct MpmTraction {
   const char *keyword() const { return is_pressure ? "pressure" : "traction"; }
 };
 
+/// Pore water of the keyword *water*. Its modulus and its limit of cavitation are in the options of
+/// the solver.
+struct MpmWaterSettings {
+  bool given = false;
+  std::string group;
+  int groupbit = 0;
+  double density = 0.0;                   ///< of the water [mass/length^3]
+  bool takes_porosity_of_rves = false;    ///< porosity rve
+  ScriptValue porosity;                   ///< of new points [-]; not used with porosity rve
+};
+
 /// In-situ stress of the keyword *insitu*: equilibrium with the weight and a surcharge, or the
 /// components of the stress at each point.
 template <int D> struct MpmInSitu {
@@ -49,6 +60,9 @@ template <int D> struct MpmInSitu {
   /// Vertical coordinate of the ground surface above each point [length]. No value: the upper edge
   /// of the highest new point.
   std::optional<ScriptValue> surface;
+  /// Vertical coordinate of the water table at each point [length]. No value: all points of the
+  /// keyword *water* begin with water without pressure.
+  std::optional<ScriptValue> water_table;
   /// Components of the stress in the order of the keyword *stress* [stress], or none.
   std::vector<ScriptValue> components;
   std::optional<double> tolerance;    ///< tolerance of the stress of RVEs [stress]
@@ -75,6 +89,7 @@ template <int D> struct MpmSettings {
   /// Initial stress of points without RVEs [stress].
   mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();
   MpmInSitu<D> in_situ;
+  MpmWaterSettings water;
   double courant_warn = 0.9, courant_error = 1.0;    ///< Courant numbers of the keyword *cfl* [-]
   /// Number of RVEs whose tangents give the wave speed at the start of a run. 0: no tangents are
   /// measured, and the upper bound of the wave speed is used.

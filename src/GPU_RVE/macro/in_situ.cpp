@@ -308,8 +308,9 @@ GroundAtRest::GroundAtRest(double gravity, double thickness, int vertical, Point
 
 double GroundAtRest::vertical_pressure(std::size_t point) const
 {
-  return points_.surcharge[point] +
+  const double total = points_.surcharge[point] +
       gravity_ * density_.between(points_.height[point], points_.surface[point]);
+  return points_.pore_pressure.empty() ? total : total - points_.pore_pressure[point];
 }
 
 StressGoal GroundAtRest::goal(std::size_t point) const

@@ -59,7 +59,9 @@ HeightProfile level_means(const std::vector<double> &height, const std::vector<d
 
 /// Stresses of ground at rest under its weight and a surcharge. The vertical stress is
 ///   sigma_v = -(surcharge + gravity * integral of the density up to the surface)
-/// and the normal stress along the other axes is k0 sigma_v. The stress follows from the density,
+/// and the normal stress along the other axes is k0 sigma_v. With pore water this is the total
+/// stress. The RVEs get the effective stress: the vertical one is sigma_v plus the pore pressure,
+/// and k0 is a ratio of effective stresses. The stress follows from the density,
 /// but RVEs under more stress are denser, so both are found in several rounds. In each round the
 /// caller brings the RVEs to goals() and calls settles(). The last round is the one in which
 /// settles() returns true. Points without RVEs need one round.
@@ -68,6 +70,7 @@ class GroundAtRest {
   struct Points {
     std::vector<double> height, surface;    ///< [length]
     std::vector<double> surcharge;          ///< [stress]
+    std::vector<double> pore_pressure{};    ///< [stress]; empty without water
     std::vector<double> k0;    ///< ratio of lateral to vertical stress [-]; unused with finds_k0
     /// True if k0 is not given. The first round then holds the lateral strains of the RVEs and
     /// finds k0 for each level: the mean ratio of lateral to vertical stress of the RVEs in the
@@ -81,9 +84,9 @@ class GroundAtRest {
   GroundAtRest(double gravity, double thickness, int vertical, Points points,
                const std::vector<double> &density, mpm::Communication ranks);
 
-  /// Vertical stress of a point, compression positive [stress].
+  /// Effective vertical stress of a point, compression positive [stress].
   double vertical_pressure(std::size_t point) const;
-  /// Stress to which the caller brings the RVE of a point in this round.
+  /// Effective stress to which the caller brings the RVE of a point in this round.
   StressGoal goal(std::size_t point) const;
   std::vector<StressGoal> goals() const;
   /// Ends a round. `density` has the densities of the RVEs after the round. Returns true if the

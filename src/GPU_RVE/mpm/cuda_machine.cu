@@ -148,9 +148,12 @@ namespace {
     {
       const int count = pass.items();
       if (count == 0) return;
-      auto *kernel = over_items<true, P>;
+      constexpr bool uses_water = P::USES_WATER;
+      const bool is_wet = uses_water && view_.has_water();
+      auto *kernel = is_wet ? over_items<true, uses_water, P> : over_items<true, false, P>;
       if constexpr (P::OVER_POINTS)
-        if (!view_.has_boxes()) kernel = over_items<false, P>;
+        if (!view_.has_boxes())
+          kernel = is_wet ? over_items<false, uses_water, P> : over_items<false, false, P>;
       launch(kernel, count, pass, count, findings_);
     }
 
@@ -382,8 +385,12 @@ namespace {
     template <class P> void add_items(const P &pass)
     {
       const SumsByKind<SharedSums> sums = {{{view_.sums[InertiaSums]}, {view_.sums[VectorSums]}}};
-      launch(view_.has_boxes() ? scatter_items<true, P> : scatter_items<false, P>, pass.items(),
-             pass, pass.items(), findings_, sums);
+      constexpr bool uses_water = P::USES_WATER;
+      const bool is_wet = uses_water && view_.has_water();
+      auto *kernel = is_wet ? scatter_items<true, uses_water, P> : scatter_items<true, false, P>;
+      if (!view_.has_boxes())
+        kernel = is_wet ? scatter_items<false, uses_water, P> : scatter_items<false, false, P>;
+      launch(kernel, pass.items(), pass, pass.items(), findings_, sums);
     }
 
     /// Number of doubles in `count` rows of three, rounded up to a multiple of ALIGNMENT.
@@ -448,6 +455,11 @@ namespace {
         PointFields<D, Buffer>::each([&](const auto &, auto &there, auto &buffer,
                                          auto *here) { there = send(buffer, here, count); },
                                      view_.points, fields_, points);
+        WaterFields<D, Buffer>::each(
+            [&](auto &there, auto &buffer, auto *here) {
+              there = here ? send(buffer, here, count) : nullptr;
+            },
+            view_.points.water, water_, points.water);
         view_.support = support_.reserve(count);
         if (view_.has_boxes()) view_.box = box_.reserve(count);
         view_.increment = increment_.reserve(count);
@@ -540,6 +552,7 @@ namespace {
     DeviceBuffer<double> motion_;    ///< findings, data of bodies, positions, velocities
     RigidBodyStep<D> *host_rigid_ = nullptr;
     PointFields<D, Buffer> fields_;
+    WaterFields<D, Buffer> water_;
     DeviceBuffer<double> body_force_;
     DeviceBuffer<int> model_, body_;
     std::vector<int> model_copy_, body_copy_;
@@ -560,7 +573,8 @@ std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options
                                                  const Grid<D> &grid, std::string &obstacle)
 {
   const rve::CudaDevice device = rve::find_cuda_device(
-      options.device_number, reinterpret_cast<const void *>(&over_items<true, NodeVelocity<D>>));
+      options.device_number,
+      reinterpret_cast<const void *>(&over_items<true, false, NodeVelocity<D>>));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   SolverOptions<D> own = options;

@@ -124,21 +124,23 @@ template <class P> __device__ bool is_halted(const Findings &findings)
 }
 
 /// If HasBoxes is false, tells the compiler that the options need no boxes of points
-/// (StepView::has_boxes()). This saves registers in the kernels for the default options.
-template <bool HasBoxes, class P> __device__ void leave_out_boxes(P &pass)
+/// (StepView::has_boxes()). If HasWater is false, no point has pore water. This saves registers in
+/// the kernels for the default options.
+template <bool HasBoxes, bool HasWater, class P> __device__ void leave_out_options(P &pass)
 {
+  if constexpr (!HasWater) pass.step.points.water = {};
   if constexpr (!HasBoxes) {
     if (pass.step.shape != ShapeFunction::Linear) pass.step.shape = ShapeFunction::Gimp;
     pass.step.mean_dilation = pass.step.axisymmetric = false;
   }
 }
 
-template <bool HasBoxes, class P>
+template <bool HasBoxes, bool HasWater, class P>
 __global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings findings)
 {
   rve::follow();
   if (is_halted<P>(findings)) return;
-  leave_out_boxes<HasBoxes>(pass);
+  leave_out_options<HasBoxes, HasWater>(pass);
   DeviceTally tally(findings, P::STAGE);
   pass.begin();
   const int i = blockIdx.x * BLOCK + threadIdx.x;
@@ -146,13 +148,13 @@ __global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings 
   tally.flush();
 }
 
-template <bool HasBoxes, class P>
+template <bool HasBoxes, bool HasWater, class P>
 __global__ void __launch_bounds__(BLOCK)
     scatter_items(P pass, int count, Findings findings, SumsByKind<SharedSums> sums)
 {
   rve::follow();
   if (is_halted<P>(findings)) return;
-  leave_out_boxes<HasBoxes>(pass);
+  leave_out_options<HasBoxes, HasWater>(pass);
   const int i = blockIdx.x * BLOCK + threadIdx.x;
   if (i >= count) return;
   pass.begin();

@@ -70,6 +70,12 @@ namespace {
       require(kind != SideKind::Fixed || dashpots.tangential == 0.0,
               "a side that prescribes all velocities cannot absorb waves");
     }
+    require(options.water.modulus >= 0.0 && std::isfinite(options.water.modulus),
+            "bulk modulus of the pore water must be at least 0 and finite, got ",
+            options.water.modulus, " [stress]");
+    require(options.water.cavitation >= 0.0,
+            "suction at which the pore water cavitates must be at least 0, got ",
+            options.water.cavitation, " [stress]");
     rve::require_threads(options.threads);
     return options;
   }
@@ -167,6 +173,13 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
             "has the radius ", points.position[p][0],
             " [length]; it must be above 0, because an axisymmetric point is a ring about "
             "the axis x = 0");
+      case ErrorCode::Porosity: {
+        const PoreVolumes now = points.pore_volumes(p, points.volume[p]);
+        return concat("has the porosity ", now.porosity(), ", below ", LEAST_POROSITY,
+                      "; its volume is ", now.all / points.initial_volume[p],
+                      " times the initial one: use a higher bulk modulus of the water, or a "
+                      "shorter time step");
+      }
       default:
         return concat("is inverted, det(F) = ", determinant(points.deformation_gradient[p]),
                       "; the time step is too large or the material lost its stiffness");
@@ -247,6 +260,8 @@ StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
   require(points.memory_width >= stresses_.memory_width(), "rows of the memory of points have ",
           points.memory_width, " numbers, but a law has ", stresses_.memory_width(),
           " state variables");
+  require(!points.water.water_volume || options_.water.exists(),
+          "points have pore water, but its bulk modulus is 0");
   loads_.clear();
   for (std::size_t k = 0; k < loads.size(); ++k)
     for (std::size_t n = 0; n < loads[k].point_index.size(); ++n) {
@@ -306,12 +321,19 @@ template <int D> void MpmSolver<D>::synchronise() const
   if (stresses_.finish() == rve::StressesAre::OnHost) runner_->stresses_changed();
 }
 
+template <int D> double MpmSolver<D>::modulus_of_water(const PointView<D> &points, int p) const
+{
+  if (!points.water.water_volume) return 0.0;
+  return pore_modulus(options_.water, points.pore_volumes(p, points.volume[p]));
+}
+
 template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, double dt) const
 {
   fetch(points);
   stresses_.expect_questions();
   const auto speed_of = [&](int p) {
-    const double modulus = stresses_.law(points.model[p]).p_wave_modulus(p);
+    const double modulus =
+        stresses_.law(points.model[p]).p_wave_modulus(p) + modulus_of_water(points, p);
     const double *v = points.velocity[p];
     const double wave = std::sqrt(modulus * points.volume[p] / points.mass[p]);
     return wave + (D == 2 ? std::hypot(v[0], v[1]) : std::hypot(v[0], v[1], v[2]));

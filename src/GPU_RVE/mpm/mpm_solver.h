@@ -66,7 +66,7 @@ template <int D> class MpmSolver {
   /// Advances all points by `dt` [time]: positions, velocities, F, volumes, stresses, L.
   ///
   ///   1. mass and momentum to the grid; Usavg: half of the strain and stress increments
-  ///   2. forces f_I = - Σ V σ·∇N + Σ f N + traction
+  ///   2. forces f_I = - Σ V (σ - p 1)·∇N + Σ f N + traction, with the pore pressure p
   ///   3. p_end = p + f_I dt, conditions on p and p_end, damping
   ///   4. x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v
   ///   5. momentum to the grid again, conditions, L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F,
@@ -91,9 +91,14 @@ template <int D> class MpmSolver {
 
   /// Returns the Courant number dt max_p (c_p + |v_p|) / h with the cell size h, the velocity v_p
   /// of point p and its wave speed c_p = sqrt(M/ρ). M is the P-wave modulus of the constitutive
-  /// model [stress], and ρ = m/V is the density. The maximum includes the wave speeds of dashpots.
-  /// Steps with a Courant number above 1 are unstable, and nonlinear materials need 0.5 or less.
+  /// model plus that of the pore water [stress], and ρ = m/V is the density. The maximum includes
+  /// the wave speeds of dashpots. Steps with a Courant number above 1 are unstable, and nonlinear
+  /// materials need 0.5 or less.
   double cfl_number(const PointView<D> &points, double dt) const;
+
+  /// Returns the part of the pore water in the P-wave modulus of a point, K_w/n at zero pressure,
+  /// or 0 without water [stress].
+  double modulus_of_water(const PointView<D> &points, int p) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].
   Vec<D> body_reaction(int body) const;

@@ -89,7 +89,7 @@ template <int D> RVE_HD double volume_bound(const StepView<D> &step, int p, doub
 }
 
 /// Raises the bounds of the forces of a point on a node and, with mean dilation, of volume and
-/// pressure.
+/// pressure. `stress` is the total stress.
 template <int D, class Tally>
 RVE_HD void raise_force_bounds(const StepView<D> &step, int p, const Tensor<D> &stress,
                                double volume, const double *body_force, Tally &tally)
@@ -112,6 +112,7 @@ RVE_HD void raise_force_bounds(const StepView<D> &step, int p, const Tensor<D> &
 template <int D> struct PreparePoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
+  static constexpr bool USES_WATER = true;
   bool bounds_forces;    ///< set if stresses do not change before the forces are summed
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -147,7 +148,8 @@ template <int D> struct PreparePoint : PointPass<D> {
     tally.raise(MassBound, point.mass);
     tally.raise(MomentumBound, point.mass * largest<D>(point.velocity.component));
     if (bounds_forces)
-      raise_force_bounds(step, p, point.stress, point.volume, point.body_force.component, tally);
+      raise_force_bounds(step, p, step.total_stress(p, point.stress, point.volume), point.volume,
+                         point.body_force.component, tally);
     if (step.mean_dilation) tally.raise(VolumeBound, volume_bound(step, p, point.volume));
   }
 
@@ -164,11 +166,13 @@ template <int D> struct PreparePoint : PointPass<D> {
 /// Raises the bounds of forces after stresses have changed within a step.
 template <int D> struct BoundForces : PointPass<D> {
   using Pass<D>::step;
+  static constexpr bool USES_WATER = true;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
     const PointView<D> &points = step.points;
     if (points.rigid_body[p] < 0)
-      raise_force_bounds(step, p, points.stress[p], points.volume[p], points.body_force[p], tally);
+      raise_force_bounds(step, p, step.total_stress(p, points.stress[p], points.volume[p]),
+                         points.volume[p], points.body_force[p], tally);
   }
 };
 
@@ -248,6 +252,7 @@ template <int D> struct GradientOfPoint : PointPass<D> {
 template <int D> struct StrainPoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 2;
+  static constexpr bool USES_WATER = true;
   double dt;    ///< whole time step or a part of it [time]
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -285,6 +290,8 @@ template <int D> struct StrainPoint : PointPass<D> {
     step.increment[p] = increment;
     if (!(determinant(increment) > 0.0 && volume > 0.0 && std::isfinite(volume)))
       tally.error(p, ErrorCode::Inverted);
+    if (step.has_water() && !(volume - points.water.grain_volume[p] >= LEAST_POROSITY * volume))
+      tally.error(p, ErrorCode::Porosity);
     if (step.follows())
       for (int a = 0; a < D; ++a)
         tally.raise(BoxBound, deformed_half(step.grid, points.half_size[p], deformation, a));

@@ -5,6 +5,7 @@
 
 #include "mpm/constitutive.h"
 #include "mpm/point_fields.h"
+#include "mpm/pore_water.h"
 #include "rve/core/error.h"
 
 #include <cmath>
@@ -72,6 +73,13 @@ template <int D> struct PointView : PointFields<D, Pointer> {
   double *memory = nullptr;            ///< rows of state variables
   const int *model = nullptr;          ///< index of the constitutive model
   const int *rigid_body = nullptr;     ///< index of the rigid body, or -1 for a deformable point
+  WaterFields<D, Pointer> water;       ///< null unless SolverOptions::water exists
+
+  /// Volumes of a point with the volume `all` [length³]. The point must have fields of water.
+  RVE_HD PoreVolumes pore_volumes(int p, double all) const
+  {
+    return {water.water_volume[p], water.grain_volume[p], all};
+  }
 };
 
 /// A traction vector [stress] on one face of the boxes of some local points.

@@ -6,6 +6,7 @@
 #include "cuda/device.h"
 #include "mpm/boundary.h"
 #include "mpm/grid.h"
+#include "mpm/pore_water.h"
 #include "mpm/shape_functions.h"
 #include "rve/core/error.h"
 
@@ -42,6 +43,7 @@ template <int D> struct SolverOptions {
   double flip = 1.0;    ///< 1: points receive velocity increments (FLIP), 0: grid velocities (PIC)
   bool mean_dilation = false;    ///< volumetric parts of strain and stress are means over cells
   double damping = 0.0;          ///< Cundall's local damping of nodes, in [0, 1)
+  PoreWater water;               ///< its volume in each point is in PointView::water
   std::array<SideKind, FACES<D>> sides{};       ///< in the order of Face; default free
   std::array<Dashpots, FACES<D>> dashpots{};    ///< in the order of Face; default none
   std::vector<RigidBodyOptions> rigid_bodies;

@@ -32,7 +32,8 @@ enum class ErrorCode {
   RigidTraction,
   Traction,
   Inverted,
-  Radius
+  Radius,
+  Porosity
 };
 
 /// Indices of the maxima that passes find. Maxima over deformable points or nodes come first, then
@@ -87,7 +88,7 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
       grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
       thickness(options.thickness), axisymmetric(options.axisymmetric),
-      mean_dilation(options.mean_dilation), absorbs(options.absorbs()),
+      mean_dilation(options.mean_dilation), water(options.water), absorbs(options.absorbs()),
       num_bodies(static_cast<int>(options.rigid_bodies.size())), num_rigid(options.num_turning()),
       shares_grid(shares_grid_in)
   {
@@ -98,7 +99,8 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   double flip, damping, thickness;
   bool axisymmetric;     ///< see is_axisymmetric()
   bool mean_dilation;    ///< volumetric parts of strains and stresses are means over cells
-  bool absorbs;          ///< some sides have dashpots
+  PoreWater water;
+  bool absorbs;    ///< some sides have dashpots
   double dt = 0.0;
   int num_bodies, num_models = 0, num_loads = 0;
   int num_rigid;    ///< number of bodies that can turn
@@ -150,6 +152,17 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
     if constexpr (D == 2)
       if (axisymmetric) return points.hoop_stress[p];
     return 0.0;
+  }
+  RVE_HD bool has_water() const { return points.water.water_volume != nullptr; }
+
+  /// Total stress of a point with an effective stress [stress] and a volume [length³].
+  RVE_HD Tensor<D> total_stress(int p, const Tensor<D> &effective, double volume) const
+  {
+    Tensor<D> total = effective;
+    if (!has_water()) return total;
+    const double pressure = pore_pressure(water, points.pore_volumes(p, volume));
+    for (int a = 0; a < D; ++a) total(a, a) -= pressure;
+    return total;
   }
 
   RVE_HD int load_maximum(int load) const { return NUM_MAXIMA + load; }
@@ -285,6 +298,7 @@ template <int D> struct Pass {
   /// Stage of the errors that the pass reports. Points with errors in stage 0 have no weights.
   static constexpr int STAGE = 1;
   static constexpr bool OVER_POINTS = false;
+  static constexpr bool USES_WATER = false;    ///< the pass reads the pore water of points
   StepView<D> step;
   RVE_HD void begin() {}
 };

@@ -2,6 +2,7 @@
 // Sums on the nodes of the grid: each node adds up contributions of the points near it, as
 // integers. Each sum is a struct with these members:
 //   KIND          kind of its integers (SumKind)
+//   USES_WATER    true if to_nodes() reads the pore water of points
 //   begin()       sets the scale of the integers
 //   to_nodes()    adds the contributions of a point to its nodes
 //   take()        computes fields of a node from the sum
@@ -16,6 +17,7 @@ namespace mpm {
 /// Sums of mass and momentum.
 template <int D> struct Inertia {
   static constexpr SumKind KIND = InertiaSums;
+  static constexpr bool USES_WATER = false;
   rve::FixedScale mass_scale, momentum_scale;
 
   RVE_HD void begin(const StepView<D> &step)
@@ -51,27 +53,28 @@ template <int D> struct InertiaForStrains : Inertia<D> {
   }
 };
 
-/// Sums of the forces on nodes, f_I = - Σ V σ·∇N_I + Σ f N_I, with the volume V, stress σ, body
-/// force f and shape functions N_I of points (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl.
-/// Mech. Eng. 118, 179). In axisymmetry the radial component has the hoop stress as well,
+/// Sums of the forces on nodes, f_I = - Σ V σ·∇N_I + Σ f N_I, with the volume V, total stress σ,
+/// body force f and shape functions N_I of points (Sulsky, Chen & Schreyer 1994, Comput. Methods
+/// Appl. Mech. Eng. 118, 179). In axisymmetry the radial component has the hoop stress as well,
 /// - Σ V σ_θθ T_I with the hoop weights T_I of the ring. take() adds f_I dt to the momentum of the
 /// node.
 template <int D> struct Force {
   static constexpr SumKind KIND = VectorSums;
+  static constexpr bool USES_WATER = true;
   rve::FixedScale scale;
 
   RVE_HD void begin(const StepView<D> &step) { scale = step.force_scale(); }
   template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
-    Tensor<D> stress = step.points.stress[p];
-    double hoop_stress = step.hoop_stress(p);
+    const double volume = step.points.volume[p];
+    Tensor<D> stress = step.total_stress(p, step.points.stress[p], volume);
+    double hoop_stress = step.hoop_stress(p);    // there is no water in axisymmetry
     if (step.mean_dilation) {
       const double change =
           mean_of_cells(step, p) - step.trace_with(stress, hoop_stress) / step.normal_components();
       for (int a = 0; a < D; ++a) stress(a, a) += change;
       hoop_stress += change;
     }
-    const double volume = step.points.volume[p];
     const Vec<D> body_force = first_of<D>(step.points.body_force[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
       const Tensor<D> stress_volume = (-volume * part.share()) * stress;
@@ -109,6 +112,7 @@ template <int D> struct Force {
 /// Sums of momentum after the motion of the points.
 template <int D> struct MomentumAgain {
   static constexpr SumKind KIND = VectorSums;
+  static constexpr bool USES_WATER = false;
   rve::FixedScale scale;
 
   RVE_HD void begin(const StepView<D> &step) { scale = step.scale(MomentumAgainBound); }
@@ -133,6 +137,7 @@ template <int D> struct MomentumAgain {
 /// that the work of the forces is the work of the stresses.
 template <int D, bool IS_DILATION> struct CellMean {
   static constexpr SumKind KIND = VectorSums;
+  static constexpr bool USES_WATER = !IS_DILATION;
   rve::FixedScale volume_scale, product_scale;
 
   RVE_HD void begin(const StepView<D> &step)
@@ -151,7 +156,8 @@ template <int D, bool IS_DILATION> struct CellMean {
                               step.is_axisymmetric() ? step.hoop_increment[p] : 0.0);
     else
       value =
-          step.trace_with(step.points.stress[p], step.hoop_stress(p)) / step.normal_components();
+          step.trace_with(step.total_stress(p, step.points.stress[p], volume), step.hoop_stress(p)) /
+          step.normal_components();
     each_cell(step, p, [&](int node, double weight) {
       const std::size_t k = width_of<D>(KIND) * static_cast<std::size_t>(node);
       add_to(sums, k, volume_scale.integer(weight * volume));
@@ -173,6 +179,7 @@ template <int D, template <int> class... Sum> struct Scatter : PointPass<D>, Sum
   using Pass<D>::step;
   Scatter(const PointPass<D> &pass) : PointPass<D>(pass) {}
 
+  static constexpr bool USES_WATER = (Sum<D>::USES_WATER || ...);
   static constexpr bool adds_to(SumKind kind) { return ((Sum<D>::KIND == kind) || ...); }
   RVE_HD void begin() { (Sum<D>::begin(step), ...); }
   template <class Sums> RVE_HD void operator()(int p, const Sums &sums) const
