@@ -155,8 +155,8 @@ template <int D, bool IS_DILATION> struct CellMean {
       value = step.trace_with(step.points.velocity_gradient[p],
                               step.is_axisymmetric() ? step.hoop_increment[p] : 0.0);
     else
-      value =
-          step.trace_with(step.total_stress(p, step.points.stress[p], volume), step.hoop_stress(p)) /
+      value = step.trace_with(step.total_stress(p, step.points.stress[p], volume),
+                              step.hoop_stress(p)) /
           step.normal_components();
     each_cell(step, p, [&](int node, double weight) {
       const std::size_t k = width_of<D>(KIND) * static_cast<std::size_t>(node);
