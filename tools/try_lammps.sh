@@ -60,6 +60,8 @@ random_footing  random_footing          lmp -in in.random_footing -var h 1 -var 
 mirrored        random_footing          lmp -in in.random_footing -var h 1 -var grains 50 -var seeds 4 -var within 0.02 -var stop 5 -var ground mirrored
 tresca          strip_footing           lmp -in in.strip_footing -var law tresca -var h 0.5 -var duration 0.2
 mohr_coulomb    strip_footing           lmp -in in.strip_footing -var h 0.5 -var duration 0.2
+undrained       undrained_footing       lmp -in in.undrained_footing -var h 0.5 -var duration 0.1
+undrained_clay  undrained_footing       lmp -in in.undrained_footing -var h 0.5 -var duration 0.1 -var ground clay
 retaining_wall  retaining_wall          lmp -in in.retaining_wall -var h 0.5 -var duration 0.05
 biaxial_bands   biaxial_specimen        lmp -in in.biaxial_specimen -var strain 0.001
 triaxial_rough  triaxial_specimen       lmp -in in.triaxial_specimen -var strain 0.001

@@ -128,7 +128,7 @@ template <class P> __device__ bool is_halted(const Findings &findings)
 /// the kernels for the default options.
 template <bool HasBoxes, bool HasWater, class P> __device__ void leave_out_options(P &pass)
 {
-  if constexpr (!HasWater) pass.step.points.water = {};
+  if constexpr (P::USES_WATER && !HasWater) pass.step.points.water = {};
   if constexpr (!HasBoxes) {
     if (pass.step.shape != ShapeFunction::Linear) pass.step.shape = ShapeFunction::Gimp;
     pass.step.mean_dilation = pass.step.axisymmetric = false;

@@ -160,9 +160,14 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     Tensor<D> total = effective;
     if (!has_water()) return total;
-    const double pressure = pore_pressure(water, points.pore_volumes(p, volume));
+    const double pressure = pressure_of_water(p, volume);
     for (int a = 0; a < D; ++a) total(a, a) -= pressure;
     return total;
+  }
+  /// Pore pressure of a point with a volume [length³], if has_water() [stress].
+  RVE_HD double pressure_of_water(int p, double volume) const
+  {
+    return pore_pressure(water, points.pore_volumes(p, volume));
   }
 
   RVE_HD int load_maximum(int load) const { return NUM_MAXIMA + load; }
