@@ -193,6 +193,7 @@ template <int D, template <int> class... Sum> struct TakeSums : NodePass<D>, Sum
   using Pass<D>::step;
   TakeSums(const NodePass<D> &pass) : NodePass<D>(pass) {}
 
+  static constexpr bool USES_WATER = false;    // the sums have the pressure of the water already
   RVE_HD void begin() { (Sum<D>::begin(step), ...); }
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
