@@ -45,3 +45,10 @@ within "$(largest curve.smooth 3)" 0.38 0.5 "peak of (s1 - s3) / (s1 + s3)"
 
 run triaxial_specimen -var h 0.5 -var strain 0.03
 within "$(largest curve.rough 3)" 1.0 1.5 "peak of q/p"
+
+run triaxial_axisymmetric -var h 0.25 -var strain 0.03
+within "$(largest curve.rough 3)" 1.0 1.5 "peak of q/p of a cylinder"
+
+# N_c = 6.05 (Eason & Shield 1960)
+run circular_footing -var phi 0 -var cohesion 10000 -var qs 0 -var d_end 0.03 -var speed 0.025
+within "$(largest curve.mohr_coulomb 2)" 53e3 63e3 "pressure under a circle on Tresca ground [Pa]"
