@@ -165,7 +165,7 @@ def main():
     parser.add_argument("--cores", type=int, help="cores of the runs")
     arguments = parser.parse_args()
     if arguments.cores:
-        os.sched_setaffinity(0, range(arguments.cores))
+        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[-arguments.cores:])
     chosen = [name for name in [*ELEMENTS, *EXAMPLES]
               if not arguments.only or name in arguments.only]
     record = {

@@ -99,7 +99,7 @@ struct Ground {
       solver(options_for(what, device), communication)
   {
     scene.begin_memory(frictional);
-    if (what.wet) scene.fill_pores(WATER, 0.4, [](int p) { return 100.0 * (p % 7); });
+    if (what.wet) scene.fill_pores(WATER, 0.4, [this](int p) { return 100.0 * (scene.id[p] % 7); });
     solver.set_models({&elastic, &frictional});
     solver.set_body_velocity(0, {{0.0, -0.2}});
     solver.set_body_velocity(1, {{0.05, 0.0}});
