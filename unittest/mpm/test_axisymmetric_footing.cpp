@@ -50,8 +50,8 @@ struct Ground {
 TEST(FlexibleCircle, HasTheStressAndTheSettlementOfBoussinesq)
 {
   // R = 1, q on ground of 8 R by 8 R. Half space: σ_z(R) = (1 - 2^-3/2) q = 0.6464 q on the axis,
-  // settlement 2 q R (1 - ν²)/E of the centre. Ground of a finite depth settles less, by the strains
-  // of the half space below it.
+  // settlement 2 q R (1 - ν²)/E of the centre. Ground of a finite depth settles less, by the
+  // strains of the half space below it.
   constexpr double EXTENT = 8.0, CELL = 0.25, LOAD = 1e-5 * YOUNG;
   Ground ground(EXTENT, CELL, 0.0);
   ground.options.damping = 0.2;
