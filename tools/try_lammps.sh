@@ -66,7 +66,6 @@ retaining_wall  retaining_wall          lmp -in in.retaining_wall -var h 0.5 -va
 biaxial_bands   biaxial_specimen        lmp -in in.biaxial_specimen -var strain 0.001
 triaxial_rough  triaxial_specimen       lmp -in in.triaxial_specimen -var strain 0.001
 triaxial_round  triaxial_axisymmetric   lmp -in in.triaxial_axisymmetric -var strain 0.001
-cone            cone_penetration        lmp -in in.cone_penetration -var depth -0.02
 circle          circular_footing        lmp -in in.circular_footing -var d_end 0.02
 footing_3d      footing_3d              lmp -in in.footing_3d -var h 1 -var d_end 0.02
 specimen        finite_elements         lmp -in in.specimen -var strain 0.0002

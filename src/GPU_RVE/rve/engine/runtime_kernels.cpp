@@ -120,8 +120,8 @@ namespace {
     return cache_of_this_machine().load(key, compiled) ? load_kernel(compiled) : nullptr;
   }
 
-  /// Returns true for kernels with a servo or bookkeeping, which take up to 27 s. The others take at
-  /// most 7 s, and the kernels that prepare calls 1 s.
+  /// Returns true for kernels with a servo or bookkeeping, which take up to 27 s. The others take
+  /// at most 7 s, and the kernels that prepare calls 1 s.
   bool takes_long(const KernelName &name)
   {
     return features_of(name.variant).has.servo && std::string(name.kernel) != "prepare_calls";

@@ -28,8 +28,8 @@ struct KernelName {
 std::string to_string(const KernelName &name);
 
 /// Optimization of a kernel by the compiler. Kernels with reduced optimization give the same bits.
-/// On an H200 those of spheres with a servo are compiled in 5 to 7 s instead of 17 to 27 s. They run
-/// at about half the speed.
+/// On an H200 those of spheres with a servo are compiled in 5 to 9 s instead of 17 to 27 s. They
+/// run at about half the speed.
 enum class Optimization { Full, Reduced };
 
 /// Returns a kernel for GPUs of this compute capability. If the cache does not contain it, the
