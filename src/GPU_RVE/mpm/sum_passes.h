@@ -179,6 +179,7 @@ template <int D, template <int> class... Sum> struct TakeSums : NodePass<D>, Sum
   using Pass<D>::step;
   TakeSums(const NodePass<D> &pass) : NodePass<D>(pass) {}
 
+  static constexpr bool USES_WATER = false;    // only the contributions of points depend on water
   RVE_HD void begin() { (Sum<D>::begin(step), ...); }
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
