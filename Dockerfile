@@ -3,7 +3,7 @@
 # of the manual has the commands. tools/try_container.sh builds this image and tries it.
 
 # ---- the build: `docker build --target build` stops here, and `sh tools/test.sh` works in it
-FROM docker.io/library/debian:bookworm-slim AS build
+FROM debian:bookworm-slim AS build
 WORKDIR /gpu_rve
 COPY . .
 # The footing is the test of the build.
@@ -15,7 +15,7 @@ RUN . tools/packages.sh && install_packages python3-venv && \
     /opt/gpu_rve/bin/pip install . && /opt/gpu_rve/bin/gpu-rve-check
 
 # ---- the image: libraries that the programs need when they run
-FROM docker.io/library/debian:bookworm-slim
+FROM debian:bookworm-slim
 RUN apt-get update && apt-get install -y --no-install-recommends openmpi-bin libopenmpi3 \
     libpng16-16 libfftw3-double3 libgomp1 python3 python3-numpy python3-matplotlib python3-cffi && \
     rm -rf /var/lib/apt/lists/*
