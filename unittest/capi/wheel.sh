@@ -15,7 +15,7 @@ library=$4 folder=$5
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 unset GPU_RVE_LIBRARY PYTHONPATH
-export PYTHONDONTWRITEBYTECODE=1 MPLBACKEND=Agg PIP_DISABLE_PIP_VERSION_CHECK=1
+export PYTHONDONTWRITEBYTECODE=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 
 cannot() {
   cat "$work/log"
