@@ -9,6 +9,7 @@
 #   sh tools/try_lammps.sh <LAMMPS tree>...
 #   sh tools/try_lammps.sh --examples <LAMMPS tree>...     without the tests
 #   sh tools/try_lammps.sh                                 only the reference: plugin against lmp
+#   sh tools/try_lammps.sh --check                         whether all examples have a short form
 #
 # The reference is the release with which the package is developed, LAMMPS 4Feb2025
 # (tools/get_lammps.sh), in build/host. A tree is built in build/lammps-<release>, whose folder
@@ -19,21 +20,6 @@ if [ "${1:-}" = --examples ]; then
   with_tests=no
   shift
 fi
-given=$#
-for tree; do
-  [ -f "$tree/src/version.h" ] ||
-    { echo "$tree is not a LAMMPS source tree: it has no src/version.h"; exit 2; }
-  set -- "$@" "$(cd "$tree" && pwd)"    # setup.sh changes the folder
-done
-shift "$given"
-
-unset LAMMPS_SOURCE_DIR
-GPU_RVE_PRESET=host
-stages=2    # of the set-up
-. "$(dirname "$0")/setup.sh"
-export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
-  OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
-
 # Lines have name, folder and command of each run; `lmp` is the tested executable, with its own log
 # and screen files. A command may make several runs, which find each other's files. Results of
 # LAMMPS' own pair style are not compared, since its last digits depend on the release, nor are the
@@ -45,11 +31,13 @@ uniaxial        element_tests           lmp -in in.element
 shear           element_tests           lmp -in in.element -var test shear -var format double
 biaxial         element_tests           lmp -in in.element -var test biaxial -var format fast
 triaxial        element_tests           lmp -in in.triaxial -var format fast
+batch           element_tests           printf '1\n1 1\n' > path_of && printf '1\n1 0\n' > packing_of && lmp -in in.element_test -var most 200
 undrained       element_tests           lmp -in in.triaxial -var test undrained -var format fast
 tangent         tangent                 lmp -in in.tangent -var strain 0.003
 sphere_packings sphere_packings         lmp -in in.sphere_packings -var mu 0
 steady_shear    steady_shear            lmp -in in.steady_shear -var grains 50 -var strain 0.02
 footing_short   footing                 lmp -in in.footing -var h 1 -var grains 50 -var settlement 0.02
+overview        footing                 lmp -in in.overview -var grains 50 -var settlement 0.0005
 footing         footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 10 -var frames 2
 footing_full    footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 5 -var domain full -var ground mirrored -var preset standard
 footing_drawn   footing                 lmp -in study.footing -var h 1 -var grains 50 -var stop 5 -var ground different -var packings 2 -var prep 0.3 -var thickness 0.1
@@ -107,12 +95,28 @@ job             restart                 lmp -in in.job && lmp -in in.job -var fr
 END
 }
 unknown=0
-for script in $(cd examples && find . -name 'in.*' | sed 's|^\./||'); do
+for script in $(cd "$(dirname "$0")/../examples" && find . -name 'in.*' | sed 's|^\./||'); do
   short_runs | awk -v folder="${script%/*}" -v name="${script##*/}" \
     '$2 == folder && index($0, "-in " name) {found = 1} END {exit !found}' ||
     { echo "examples/$script has no short run in tools/try_lammps.sh"; unknown=1; }
 done
 [ $unknown = 0 ] || exit 1
+[ "${1:-}" != --check ] || exit 0
+
+given=$#
+for tree; do
+  [ -f "$tree/src/version.h" ] ||
+    { echo "$tree is not a LAMMPS source tree: it has no src/version.h"; exit 2; }
+  set -- "$@" "$(cd "$tree" && pwd)"    # setup.sh changes the folder
+done
+shift "$given"
+
+unset LAMMPS_SOURCE_DIR
+GPU_RVE_PRESET=host
+stages=2    # of the set-up
+. "$(dirname "$0")/setup.sh"
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
+  OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
 
 # run_examples <build tree> <lmp or plugin>: into <build tree>/out/<lmp or plugin>/<name>; prints
 # the names of those that failed
