@@ -49,7 +49,7 @@ for header in dump dump_custom fix_gravity lammpsplugin; do
 done
 echo "#define LAMMPS_VERSION \"$release\"" > "$headers/version.h"
 
-set -- GPU_RVE_CUDA=OFF GPU_RVE_BASELINE_KERNELS=ON "LAMMPS_HEADERS=$headers" \
+set -- GPU_RVE_CUDA=OFF GPU_RVE_BASELINE_KERNELS=ON GPU_RVE_QUICK_KERNELS= "LAMMPS_HEADERS=$headers" \
   "MPI_CXX_COMPILER=$(dirname "$python")/mpicxx"
 for option in ${GPU_RVE_OPTIONS:-}; do
   [ "$option" = "-D" ] || set -- "$@" "${option#-D}"

