@@ -148,13 +148,9 @@ namespace {
     {
       const int count = pass.items();
       if (count == 0) return;
-      constexpr bool uses_water = P::USES_WATER;
-      const bool is_wet = uses_water && view_.has_water();
-      auto *kernel = is_wet ? over_items<true, uses_water, P> : over_items<true, false, P>;
-      if constexpr (P::OVER_POINTS)
-        if (!view_.has_boxes())
-          kernel = is_wet ? over_items<false, uses_water, P> : over_items<false, false, P>;
-      launch(kernel, count, pass, count, findings_);
+      with_options<P>([&](auto options, auto has_water) {
+        launch(over_items<options.value, has_water.value, P>, count, pass, count, findings_);
+      });
     }
 
     static constexpr bool is_synchronous() { return false; }
@@ -380,17 +376,34 @@ namespace {
       passes_.add(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK, arguments...);
     }
 
+    /// Calls visit(options, has_water) with the compile-time arguments of the kernels of a pass that
+    /// have no more than the options of this solver. Passes over nodes have all options.
+    template <class P, class Visit> void with_options(const Visit &visit)
+    {
+      const auto with_water = [&](auto options) {
+        if constexpr (P::USES_WATER)
+          if (view_.has_water()) return visit(options, std::true_type());
+        visit(options, std::false_type());
+      };
+      if constexpr (P::OVER_POINTS) {
+        if (!view_.has_boxes())
+          return with_water(std::integral_constant<KernelOptions, KernelOptions::Default>());
+        if (D == 3 || !view_.is_axisymmetric())
+          return with_water(std::integral_constant<KernelOptions, KernelOptions::Boxes>());
+      }
+      if constexpr (D == 2 || !P::OVER_POINTS)
+        with_water(std::integral_constant<KernelOptions, KernelOptions::All>());
+    }
+
     /// Appends a pass to the list. The pass adds its items to sums, which must have been set to
     /// zero before.
     template <class P> void add_items(const P &pass)
     {
       const SumsByKind<SharedSums> sums = {{{view_.sums[InertiaSums]}, {view_.sums[VectorSums]}}};
-      constexpr bool uses_water = P::USES_WATER;
-      const bool is_wet = uses_water && view_.has_water();
-      auto *kernel = is_wet ? scatter_items<true, uses_water, P> : scatter_items<true, false, P>;
-      if (!view_.has_boxes())
-        kernel = is_wet ? scatter_items<false, uses_water, P> : scatter_items<false, false, P>;
-      launch(kernel, pass.items(), pass, pass.items(), findings_, sums);
+      with_options<P>([&](auto options, auto has_water) {
+        launch(scatter_items<options.value, has_water.value, P>, pass.items(), pass, pass.items(),
+               findings_, sums);
+      });
     }
 
     /// Number of doubles in `count` rows of three, rounded up to a multiple of ALIGNMENT.
@@ -574,7 +587,7 @@ std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options
 {
   const rve::CudaDevice device = rve::find_cuda_device(
       options.device_number,
-      reinterpret_cast<const void *>(&over_items<true, false, NodeVelocity<D>>));
+      reinterpret_cast<const void *>(&over_items<KernelOptions::All, false, NodeVelocity<D>>));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   SolverOptions<D> own = options;

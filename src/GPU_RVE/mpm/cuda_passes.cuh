@@ -123,24 +123,32 @@ template <class P> __device__ bool is_halted(const Findings &findings)
   return P::STAGE > 0 && findings.first_error[0] != PointErrorKey::NO_ERROR;
 }
 
-/// If HasBoxes is false, tells the compiler that the options need no boxes of points
-/// (StepView::has_boxes()). If HasWater is false, no point has pore water. This saves registers in
-/// the kernels for the default options.
-template <bool HasBoxes, bool HasWater, class P> __device__ void leave_out_options(P &pass)
+/// Options of the solver that a kernel supports; each has those of the preceding ones, too. A kernel
+/// with fewer options needs fewer registers.
+enum class KernelOptions {
+  Default,    ///< neither boxes of points (StepView::has_boxes()) nor rings
+  Boxes,      ///< boxes of points
+  All         ///< boxes and rings of axisymmetric points
+};
+
+/// Tells the compiler which options a kernel does not have. If HasWater is false, no point has pore
+/// water.
+template <KernelOptions options, bool HasWater, class P> __device__ void leave_out_options(P &pass)
 {
   if constexpr (P::USES_WATER && !HasWater) pass.step.points.water = {};
-  if constexpr (!HasBoxes) {
+  if constexpr (options != KernelOptions::All) pass.step.axisymmetric = false;
+  if constexpr (options == KernelOptions::Default) {
     if (pass.step.shape != ShapeFunction::Linear) pass.step.shape = ShapeFunction::Gimp;
-    pass.step.mean_dilation = pass.step.axisymmetric = false;
+    pass.step.mean_dilation = false;
   }
 }
 
-template <bool HasBoxes, bool HasWater, class P>
+template <KernelOptions options, bool HasWater, class P>
 __global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings findings)
 {
   rve::follow();
   if (is_halted<P>(findings)) return;
-  leave_out_options<HasBoxes, HasWater>(pass);
+  leave_out_options<options, HasWater>(pass);
   DeviceTally tally(findings, P::STAGE);
   pass.begin();
   const int i = blockIdx.x * BLOCK + threadIdx.x;
@@ -148,13 +156,13 @@ __global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings 
   tally.flush();
 }
 
-template <bool HasBoxes, bool HasWater, class P>
+template <KernelOptions options, bool HasWater, class P>
 __global__ void __launch_bounds__(BLOCK)
     scatter_items(P pass, int count, Findings findings, SumsByKind<SharedSums> sums)
 {
   rve::follow();
   if (is_halted<P>(findings)) return;
-  leave_out_options<HasBoxes, HasWater>(pass);
+  leave_out_options<options, HasWater>(pass);
   const int i = blockIdx.x * BLOCK + threadIdx.x;
   if (i >= count) return;
   pass.begin();
