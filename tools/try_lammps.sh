@@ -82,7 +82,7 @@ pile            getting_started         lmp -in in.pile -var grains 50 -var dura
 cyclic_shear    howto                   lmp -in in.cyclic_shear -var grains 100 -var seeds 1 -var ratio 0.25 -var cycles 3
 isotropic_state howto                   lmp -in in.isotropic_state -var grains 100 -var seeds 2
 free_surface    howto                   lmp -in in.free_surface -var a 0.5 -var grains 50 -var time 0.2
-grading         howto                   lmp -in in.grading -var grains 100 -var steps 50
+grading         howto                   lmp -in in.grading -var grains 300 -var steps 50
 softness        howto                   lmp -in in.softness -var E 7e8 -var grains 50 -var seeds 2 -var steps 50
 excavate        howto                   lmp -in in.excavate -var grains 50
 grains          howto                   lmp -in in.grains -var grains 50

@@ -376,8 +376,8 @@ namespace {
       passes_.add(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK, arguments...);
     }
 
-    /// Calls visit(options, has_water) with the compile-time arguments of the kernels of a pass that
-    /// have no more than the options of this solver. Passes over nodes have all options.
+    /// Calls visit(options, has_water) with the compile-time arguments of the kernels of a pass
+    /// that have no more than the options of this solver. Passes over nodes have all options.
     template <class P, class Visit> void with_options(const Visit &visit)
     {
       const auto with_water = [&](auto options) {

@@ -123,8 +123,8 @@ template <class P> __device__ bool is_halted(const Findings &findings)
   return P::STAGE > 0 && findings.first_error[0] != PointErrorKey::NO_ERROR;
 }
 
-/// Options of the solver that a kernel supports; each has those of the preceding ones, too. A kernel
-/// with fewer options needs fewer registers.
+/// Options of the solver that a kernel supports; each has those of the preceding ones, too. Fewer
+/// options need fewer registers.
 enum class KernelOptions {
   Default,    ///< neither boxes of points (StepView::has_boxes()) nor rings
   Boxes,      ///< boxes of points
