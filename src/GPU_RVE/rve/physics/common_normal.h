@@ -66,7 +66,8 @@ inline namespace RVE_ISA {
   ///   n <- unit(n + C^-1 P (r - p_i - p_j)),    P = I - n n^T,
   ///   C = H_i + H_j + (h_i + h_j) n n^T,
   ///
-  /// with the Hessians H; the last term of C makes it regular. The first n is unit((A_i + A_j)^-1 r).
+  /// with the Hessians H; the last term of C makes it regular. The first n is
+  /// unit((A_i + A_j)^-1 r).
   /// The Hessian of f on the sphere also contains -f P. Without it each step reduces the error by
   /// only delta/R near the end, but no pair is lost. If i and j are exchanged, the normal changes
   /// its sign exactly.
