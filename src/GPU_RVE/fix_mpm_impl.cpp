@@ -218,7 +218,7 @@ template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
   if (view.count) {
     view.position = {&atom->x[0][0]};
     view.velocity = {&atom->v[0][0]};
-    view.body_force = {&atom->f[0][0]};
+    view.body_force = {water.body_forces(mass.data())};
   }
   Fields::show(view);
   water.show(view);

@@ -101,7 +101,8 @@ std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &m
   water.find_porosities(points, made);    // RVEs may have another porosity now
   std::vector<double> values;
   for (const int i : made)
-    values.push_back(setup.density_of(points, i) + water.density_at_start(i));
+    values.push_back(setup.density_of(points, i) + water.density_at_start(i) -
+                     water.buoyancy_at_start(i));
   return values;
 }
 
@@ -118,7 +119,8 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const
   for (const int i : made) {
     if (setup.given_density(points, i) > 0.0) continue;
     height.push_back(atom->x[i][D - 1]);
-    value.push_back(setup.density_of(points, i) + water.density_at_start(i));
+    value.push_back(setup.density_of(points, i) + water.density_at_start(i) -
+                    water.buoyancy_at_start(i));
   }
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
@@ -232,7 +234,8 @@ auto MpmGround<D>::find_by_components(const Points &points, const Atoms &made) -
   const std::vector<double> density = densities(points, made);
   Starts starts;
   for (std::size_t n = 0; n < made.size(); n++)
-    starts.push_back({stress_at(points, made[n], goals[n]), density[n], {}});
+    starts.push_back(
+        {stress_at(points, made[n], goals[n]), density[n] + water.buoyancy_at_start(made[n]), {}});
   weight_of_cell = 0.0;
   report_grains(report, 1);
   return starts;
@@ -261,8 +264,9 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
     const macro::StressGoal goal = ground.goal(n);
     // without a density of the script, the point gets the density whose weight the stress balances
     const double given = setup.given_density(points, i);
-    const double density = given > 0.0 ? given + water.density_at_start(i)
-                                       : of_grains.at(atom->x[i][D - 1]);
+    const double density = given > 0.0
+        ? given + water.density_at_start(i)
+        : of_grains.at(atom->x[i][D - 1]) + water.buoyancy_at_start(i);
     starts.push_back({stress_at(points, i, goal), density, {}});
     // the stress out of the plane is a lateral stress
     if (D == 2 && !setup.grains[points.model[i]]) starts.back().across_plane = goal.stress(2, 2);

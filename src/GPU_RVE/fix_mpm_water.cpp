@@ -66,9 +66,24 @@ template <int D> const double *MpmWater<D>::unpack(int i, const double *buf)
 
 template <int D> void MpmWater<D>::show(Points &points) const
 {
-  if (!exists()) return;
+  if (!exists() || settings().is_submerged()) return;
   points.water.water_volume = numbers[WATER].data();
   points.water.grain_volume = numbers[GRAINS].data();
+}
+
+/// A force on a submerged point, such as its weight, is reduced to the share of the mass that
+/// exceeds the mass of the displaced water. The share does not change: water that leaves the pores
+/// takes its weight and its buoyancy with it.
+template <int D> double *MpmWater<D>::body_forces(const double *mass)
+{
+  if (!settings().is_submerged()) return &atom->f[0][0];
+  forces.assign(&atom->f[0][0], &atom->f[0][0] + 3 * (std::size_t) atom->nlocal);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double displaced = numbers[WATER][i] > 0.0 ? numbers[WATER][i] + numbers[GRAINS][i] : 0.0;
+    const double share = 1.0 - settings().density * displaced / mass[i];
+    for (int c = 0; c < 3; c++) forces[3 * (std::size_t) i + c] *= share;
+  }
+  return forces.data();
 }
 
 // ---- initial values ----
@@ -144,12 +159,33 @@ template <int D> void MpmWater<D>::begin(const Points &points, const Atoms &made
     if (!is_wet(i)) continue;
     numbers[PRESSURE][i] = pressure_at_start(i);
     // pores as pore_pressure() computes them, so that water without pressure has exactly none
-    numbers[WATER][i] = mpm::water_volume_at(setup.settings.options.water, all - numbers[GRAINS][i],
-                                             numbers[PRESSURE][i]);
+    numbers[WATER][i] = settings().is_submerged()
+        ? all - numbers[GRAINS][i]
+        : mpm::water_volume_at(setup.settings.options.water, all - numbers[GRAINS][i],
+                               numbers[PRESSURE][i]);
   }
+  check_buoyancy(points, made);
   int any = !made.empty();
   MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, world);
   is_new = is_new || any;
+}
+
+template <int D> void MpmWater<D>::check_buoyancy(const Points &points, const Atoms &made) const
+{
+  if (!settings().is_submerged()) return;
+  CollectiveError floating;
+  for (const int i : made) {
+    const double density = points.mass[i] / points.volume[i];
+    if (is_wet(i) && !(density > settings().density))
+      floating.add(atom->tag[i], {density, 0.0, 0.0});
+  }
+  floating.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
+    return fmt::format(
+        "fix mpm {}: water: the density of atom {} with its water is {} "
+        "[mass/length^3]; submerged ground must be denser than water, {} (atoms with "
+        "an invalid value: {})",
+        setup.fix->id, id, rve::number(at[0]), rve::number(settings().density), all);
+  });
 }
 
 // ---- output ----
@@ -184,8 +220,10 @@ template <int D> void MpmWater<D>::report(const Points &points)
     if (points.rigid_body[i] >= 0 || !(numbers[WATER][i] > 0.0)) continue;
     wet++;
     const double n = volumes(points, i).porosity(), p = pressure(points, i);
-    const double softness =
-        setup.laws[points.model[i]]->p_wave_modulus(i) / setup.solver->modulus_of_water(points, i);
+    const double softness = settings().is_submerged()
+        ? 0.0
+        : setup.laws[points.model[i]]->p_wave_modulus(i) /
+            setup.solver->modulus_of_water(points, i);
     const double own[] = {-n, n, -p, p, softness};
     for (int k = 0; k < 5; k++) most[k] = std::max(most[k], own[k]);
   }
@@ -197,6 +235,13 @@ template <int D> void MpmWater<D>::report(const Points &points)
                    "fix mpm {}: water: no point has water, because none of the group is below the "
                    "water table",
                    setup.fix->id);
+    return;
+  }
+  if (settings().is_submerged()) {
+    utils::logmesg(lmp,
+                   "fix mpm {}: {} points are submerged: porosity {:.4g} to {:.4g}; forces on them "
+                   "are reduced by buoyancy\n",
+                   setup.fix->id, wet, -most[0], most[1]);
     return;
   }
   utils::logmesg(

@@ -36,6 +36,9 @@ template <int D> class MpmWater : protected Pointers {
   const double *unpack(int i, const double *buf);
   /// Sets the pointers of a view to the fields of the solver.
   void show(Points &points) const;
+  /// Returns rows of body forces for the solver [force]. They are atom->f, or with submerged ground
+  /// atom->f reduced by buoyancy. `mass` has the masses of the points. Valid until the next call.
+  double *body_forces(const double *mass);
 
   // ---- initial values ----
 
@@ -49,6 +52,12 @@ template <int D> class MpmWater : protected Pointers {
   }
   /// Returns the pore pressure of a new point [stress].
   double pressure_at_start(int i) const;
+  /// Returns the density of the water that a new point displaces, if its weight is reduced by
+  /// buoyancy; otherwise 0 [mass/length^3].
+  double buoyancy_at_start(int i) const
+  {
+    return settings().is_submerged() && is_wet(i) ? settings().density : 0.0;
+  }
   /// Fills the pores of the new points `made`, whose stresses are known. Collective.
   void begin(const Points &points, const Atoms &made);
 
@@ -75,9 +84,12 @@ template <int D> class MpmWater : protected Pointers {
   const MpmSetup<D> &setup;
   std::array<std::vector<double>, NUMBERS> numbers;
   std::vector<double> porosity, table;    // per atom; only while points are created
+  std::vector<double> forces;             // rows of three, of body_forces()
   bool is_new = false;
 
   const MpmWaterSettings &settings() const { return setup.settings.water; }
+  /// Ends with an error if submerged ground would float. Collective.
+  void check_buoyancy(const Points &points, const Atoms &made) const;
   /// Returns true if a new point gets water.
   bool is_wet(int i) const;
   mpm::PoreVolumes volumes(const Points &points, int i) const

@@ -174,6 +174,65 @@ TEST(FixMpmWater, SuddenLoadGoesToTheWaterAndRaisesTheRatioOfPorePressure)
   }
 }
 
+/// Still water reduces the weight of ground by that of the water that it displaces. The effective
+/// stress balances the submerged unit weight of each layer.
+TEST(FixMpmWater, SubmergedLayersRestUnderTheirBuoyantWeight)
+{
+  const double grains = DRY / (1.0 - POROSITY);    // density of the grains in both layers
+  const auto n_at = [](double y) { return y < 1.5 ? 0.3 : 0.4; };
+  const auto density_at = [&](double y) { return (1.0 - n_at(y)) * grains; };
+  const auto weight_at = [&](double y) {
+    return GRAVITY * (density_at(y) - (1.0 - n_at(y)) * WATER);
+  };
+  SoilScript script;
+  script << GROUND + SETTINGS +
+          "variable n atom 0.3+0.1*(y>1.5)\nregion low block 0 1 0 1.5 -0.05 0.05 units box\n"
+          "group low region low\n" +
+          soil(fmt::format("model all elastic 1e7 0.3 density {:.17g} model low elastic 1e7 0.3 "
+                           "density {:.17g} water all submerged density 1000 porosity v_n insitu "
+                           "gravity 9.81 k0 0.5" +
+                               WET_COLUMNS,
+                           density_at(2.0), density_at(1.0))) +
+          "run 200\n";
+
+  for (const auto &[id, row] : script.points()) {
+    const double y = row[Y];
+    const double expected = y < 1.5 ? 1.5 * weight_at(2.0) + (1.5 - y) * weight_at(1.0)
+                                    : (3.0 - y) * weight_at(2.0);
+    EXPECT_NEAR(row[SYY_2D], -expected, 1e-9 * expected);
+    EXPECT_NEAR(row[RHO_2D], density_at(y) + n_at(y) * WATER, 1e-6)
+        << "with the water in the pores";
+    EXPECT_NEAR(row[UY_2D], 0.0, 1e-12);
+    EXPECT_EQ(row[P_2D], 0.0) << "the excess over still water";
+    EXPECT_NEAR(row[N_2D], n_at(y), 1e-12);
+  }
+  EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-12 * 2000 * GRAVITY * 0.25);
+}
+
+/// A column without initial stress settles by γ' H²/(2 M'). It begins to fall with the buoyant share
+/// of gravity.
+TEST(FixMpmWater, SubmergedColumnSettlesUnderItsBuoyantWeight)
+{
+  const double modulus = 1e9 * 0.7 / (1.3 * 0.4), mass = DRY + POROSITY * WATER;
+  const double weight = GRAVITY * (mass - WATER);
+  const std::string fixes = SETTINGS + "timestep 2e-4\n" +
+      soil("damping 0.3 model all elastic 1e9 0.3 density 1600 water all submerged density 1000 "
+           "porosity 0.4");
+  SoilScript first, last;
+  first << GROUND + fixes + "run 1\n";
+  last << GROUND + fixes + "run 3000\n";
+
+  for (const auto &[id, row] : first.points())
+    if (row[Y] > 2.0) { EXPECT_NEAR(row[4], -weight / mass * 2e-4, 1e-9 * GRAVITY * 2e-4) << "vy"; }
+  for (const auto &[id, row] : last.points()) {
+    const double y = row[Y] - row[UY_2D];
+    // strains are 1.4e-5; the points of a GIMP column carry the mean stress of their boxes
+    EXPECT_NEAR(row[SYY_2D], -weight * (3.0 - y), 1e-4 * weight * 3.0);
+    EXPECT_NEAR(row[UY_2D], -weight / modulus * (3.0 * y - 0.5 * y * y),
+                0.01 * weight / modulus * 4.5);
+  }
+}
+
 TEST(FixMpmWater, PorosityMayBeAVariableAndTheGroupOfWaterAPart)
 {
   SoilScript script;
@@ -350,6 +409,14 @@ TEST(FixMpmWaterErrors, AreReported)
             of(SAND + SATURATED + "insitu gravity 9.81 k0 0.5 water_table 30"));
   EXPECT_IN("insitu needs gravity and k0",
             of(SAND + SATURATED + "insitu stress -1 -1 0 water_table 2"));
+  EXPECT_IN("water submerged has no water_table",
+            of(SAND +
+               "water all submerged density 1000 porosity 0.4 insitu gravity 9.81 k0 0.5 "
+               "water_table 2"));
+  EXPECT_IN("the density of atom 1 with its water is 800 [mass/length^3]; submerged ground must be "
+            "denser than water, 1000 (atoms with an invalid value: 12)",
+            of("model all elastic 1e7 0.3 density 400 water all submerged density 1000 porosity "
+               "0.4"));
   const std::string disks = GROUND + SETTINGS + "fix grains all rve " + grains_script::PACKING +
       " drive mpm threads 1 device cpu\n" +
       soil("model all rve grains water all undrained kw 1e8 density 1000 porosity rve") + "run 0\n";

@@ -356,7 +356,8 @@ template <int D> void read_stress(ScriptArguments &words, ParseState<D> &state)
 }
 
 constexpr const char *WATER_FORM = "group-ID undrained kw value density value porosity value | rve "
-                                   "[cavitation value]";
+                                   "[cavitation value], or group-ID submerged density value "
+                                   "porosity value | rve";
 
 /// Reads *water*. The words have a fixed order, because *density* is also a keyword of the command.
 template <int D> void read_water(ScriptArguments &words, ParseState<D> &state)
@@ -370,9 +371,13 @@ template <int D> void read_water(ScriptArguments &words, ParseState<D> &state)
       words.refuse(fmt::format("water has '{}' instead of {}; it must read: water {}",
                                words.next(part), part, WATER_FORM));
   };
-  expect("undrained");
-  expect("kw");
-  state.options.water.modulus = words.positive("kw", "[stress]");
+  if (words.take("submerged")) {
+    water.kind = MpmWaterSettings::Kind::Submerged;
+  } else {
+    expect("undrained");
+    expect("kw");
+    state.options.water.modulus = words.positive("kw", "[stress]");
+  }
   expect("density");
   water.density = words.positive("density", "[mass/length^3]");
   expect("porosity");
@@ -381,7 +386,7 @@ template <int D> void read_water(ScriptArguments &words, ParseState<D> &state)
     water.porosity.constant = words.within("porosity", "[-]", 0.0, 1.0);
   else if (!water.takes_porosity_of_rves)
     water.porosity = words.value("porosity");
-  if (!words.take("cavitation")) return;
+  if (water.is_submerged() || !words.take("cavitation")) return;
   state.options.water.cavitation = words.number("cavitation");
   if (!(state.options.water.cavitation >= 0.0))
     words.refuse(fmt::format("water cavitation is {} [stress]; it must be at least 0, the suction "
@@ -571,6 +576,11 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
       lmp->error->all(FLERR, "{}: stress and insitu exclude each other", name);
     if (settings.in_situ.water_table && !settings.water.given)
       lmp->error->all(FLERR, "{}: insitu water_table needs the keyword water", name);
+    if (settings.in_situ.water_table && settings.water.is_submerged())
+      lmp->error->all(FLERR,
+                      "{}: water submerged has no water_table, because its pressure is the excess "
+                      "over that of still water above all points; give insitu without water_table",
+                      name);
     if (settings.water.given && options.axisymmetric)
       lmp->error->all(FLERR,
                       "{}: water does not support axisymmetric yes; use a plane model or a quarter "

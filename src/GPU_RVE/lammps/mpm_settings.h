@@ -41,12 +41,18 @@ template <int D> struct MpmTraction {
 /// Pore water of the keyword *water*. Its modulus and its limit of cavitation are in the options of
 /// the solver.
 struct MpmWaterSettings {
+  /// Undrained: does not flow. Submerged: still water that drains without resistance.
+  enum class Kind { Undrained, Submerged };
+
   bool given = false;
+  Kind kind = Kind::Undrained;
   std::string group;
   int groupbit = 0;
   double density = 0.0;                   ///< of the water [mass/length^3]
   bool takes_porosity_of_rves = false;    ///< porosity rve
   ScriptValue porosity;                   ///< of new points [-]; not used with porosity rve
+
+  bool is_submerged() const { return given && kind == Kind::Submerged; }
 };
 
 /// In-situ stress of the keyword *insitu*: equilibrium with the weight and a surcharge, or the
