@@ -131,16 +131,16 @@ RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> 
   return sum;
 }
 
-/// Returns Σ_I T_I field_I, where T_I is the mean of N_I/r over the ring of a point [field/length].
-/// The product with the radius of the point is the value of the field at the centre of its box.
-template <int D>
-RVE_HD Vec<D> gathered_over_radius(const StepView<D> &step, int p, const Vec<D> *field)
+/// Returns the hoop strain rate Σ_I T_I v_r,I of an axisymmetric point, where T_I is the mean of
+/// N_I/r over its ring [1/time]. The product with the radius of the point is the radial velocity of
+/// the grid at the centre of its box.
+template <int D> RVE_HD double gathered_hoop_rate(const StepView<D> &step, int p)
 {
-  Vec<D> sum = Vec<D>::zero();
+  double sum = 0.0;
   each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
     const double share = part.share();
     each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
-      sum = sum + (share * part.hoop_value(support, place)) * field[support.node(place)];
+      sum += share * part.hoop_value(support, place) * step.velocity[support.node(place)][0];
     });
   });
   return sum;
