@@ -13,16 +13,14 @@ namespace mpm {
 template <int D> struct BoxPart {
   int number = 0, count = 1;    ///< index of the part, and number of parts
   int place[D] = {};            ///< index of the part along each axis
-  // in axisymmetry only
   bool is_ring = false;
+  // of a ring with several parts only
   int parts_along_r = 1;
   double low = 0.0, high = 0.0;    ///< radii of the edges of the whole box [cells]
-  double radius = 0.0;             ///< radius of the middle of the part [length]
-  double hoop[3] = {};             ///< hat functions along r, averaged and divided by r [1/length]
 
   RVE_HD double share() const
   {
-    if (!is_ring) return 1.0 / count;
+    if (!is_ring || count == 1) return 1.0 / count;
     return share_before(number + 1) - share_before(number);
   }
   /// Returns the integer share of this part in a total. The shares of all parts add up exactly to
@@ -37,25 +35,14 @@ template <int D> struct BoxPart {
         scale.integer(total * (double(number) / count));
   }
 
-  /// Finds radii and hoop weights. `place` must be set.
+  /// Makes the part one of a ring. `count` must be set.
   RVE_HD void set_ring(const Grid<D> &grid, const PointBox<D> &box)
   {
     is_ring = true;
+    if (count == 1) return;
     parts_along_r = box.parts(0);
     low = grid.radius(box.place[0] - box.half[0]);
     high = grid.radius(box.place[0] + box.half[0]);
-    const PartOfAxis at(box, 0, place[0]);
-    radius = grid.cell_size() * grid.radius(at.xi);
-    const AxisWeights plane = gimp_weights(at.xi, at.half);
-    for (int k = 0; k < 3; ++k) hoop[k] = plane.value[k] / radius;
-  }
-  /// Mean over the part of N/r with the weight r, where N is the shape function of a node
-  /// [1/length].
-  RVE_INLINE double hoop_value(const Support<D> &support, const NodeIndex<D> &node) const
-  {
-    double product = hoop[node[0]];
-    for (int a = 1; a < D; ++a) product *= support.axis[a].value[node[a]];
-    return product;
   }
 
  private:
@@ -66,6 +53,29 @@ template <int D> struct BoxPart {
     const double edge = low + (high - low) * along_r / parts_along_r;
     const double of_row = (edge * edge - low * low) / (high * high - low * low);
     return (rows + of_row) * parts_along_r / count;
+  }
+};
+
+/// Weights of the hoop strain and the hoop force of a part of a ring: means over the part of N/r with
+/// the weight r, where N is the shape function of a node.
+template <int D> struct HoopWeights {
+  double radius = 1.0;    ///< of the middle of the part [length]
+  double along_r[3] =
+      {};    ///< hat functions along r, averaged and divided by the radius [1/length]
+
+  RVE_HD void find(const StepView<D> &step, int p, const BoxPart<D> &part)
+  {
+    const PartOfAxis at(step.box[p], 0, part.place[0]);
+    radius = step.grid.cell_size() * step.grid.radius(at.xi);
+    const AxisWeights plane = gimp_weights(at.xi, at.half);
+    for (int k = 0; k < 3; ++k) along_r[k] = plane.value[k] / radius;
+  }
+  /// Weight of a node [1/length].
+  RVE_INLINE double value(const Support<D> &support, const NodeIndex<D> &node) const
+  {
+    double product = along_r[node[0]];
+    for (int a = 1; a < D; ++a) product *= support.axis[a].value[node[a]];
+    return product;
   }
 };
 
@@ -138,10 +148,13 @@ template <int D> RVE_HD double gathered_hoop_rate(const StepView<D> &step, int p
 {
   double sum = 0.0;
   each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
-    const double share = part.share();
+    HoopWeights<D> hoop;
+    hoop.find(step, p, part);
+    double of_part = 0.0;
     each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
-      sum += share * part.hoop_value(support, place) * step.velocity[support.node(place)][0];
+      of_part += hoop.value(support, place) * step.velocity[support.node(place)][0];
     });
+    sum += part.share() * of_part;
   });
   return sum;
 }
