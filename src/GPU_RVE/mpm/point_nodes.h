@@ -56,29 +56,6 @@ template <int D> struct BoxPart {
   }
 };
 
-/// Weights of the hoop strain and the hoop force of a part of a ring: means over the part of N/r with
-/// the weight r, where N is the shape function of a node.
-template <int D> struct HoopWeights {
-  double radius = 1.0;    ///< of the middle of the part [length]
-  double along_r[3] =
-      {};    ///< hat functions along r, averaged and divided by the radius [1/length]
-
-  RVE_HD void find(const StepView<D> &step, int p, const BoxPart<D> &part)
-  {
-    const PartOfAxis at(step.box[p], 0, part.place[0]);
-    radius = step.grid.cell_size() * step.grid.radius(at.xi);
-    const AxisWeights plane = gimp_weights(at.xi, at.half);
-    for (int k = 0; k < 3; ++k) along_r[k] = plane.value[k] / radius;
-  }
-  /// Weight of a node [1/length].
-  RVE_INLINE double value(const Support<D> &support, const NodeIndex<D> &node) const
-  {
-    double product = along_r[node[0]];
-    for (int a = 1; a < D; ++a) product *= support.axis[a].value[node[a]];
-    return product;
-  }
-};
-
 /// Calls visit(support, part) for each part of the box of a point. A box that is not larger than a
 /// cell has one part with the weights of the point.
 template <int D, class Visit>
@@ -141,6 +118,14 @@ RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> 
   return sum;
 }
 
+/// Returns the hoop weights of a part of the ring of an axisymmetric point.
+template <int D>
+RVE_HD HoopWeights hoop_weights_of(const StepView<D> &step, int p, const BoxPart<D> &part)
+{
+  return part.count == 1 ? step.hoop_weights[p]
+                         : hoop_weights_of(step.grid, step.box[p], part.place[0]);
+}
+
 /// Returns the hoop strain rate Σ_I T_I v_r,I of an axisymmetric point, where T_I is the mean of
 /// N_I/r over its ring [1/time]. The product with the radius of the point is the radial velocity of
 /// the grid at the centre of its box.
@@ -148,8 +133,7 @@ template <int D> RVE_HD double gathered_hoop_rate(const StepView<D> &step, int p
 {
   double sum = 0.0;
   each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
-    HoopWeights<D> hoop;
-    hoop.find(step, p, part);
+    const HoopWeights hoop = hoop_weights_of(step, p, part);
     double of_part = 0.0;
     each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
       of_part += hoop.value(support, place) * step.velocity[support.node(place)][0];

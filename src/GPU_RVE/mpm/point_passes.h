@@ -142,6 +142,7 @@ template <int D> struct PreparePoint : PointPass<D> {
     if (step.follows() || step.is_axisymmetric()) {
       const int whole[D] = {};
       step.support[p] = support_of(step.grid, step.box[p], whole, step.is_axisymmetric());
+      if (step.is_axisymmetric()) step.hoop_weights[p] = hoop_weights_of(step.grid, step.box[p], 0);
     } else {
       step.support[p] = support_of(step.grid, step.shape, x, half);
     }

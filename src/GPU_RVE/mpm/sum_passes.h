@@ -79,8 +79,8 @@ template <int D> struct Force {
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
       const double part_volume = -volume * part.share();
       const Tensor<D> stress_volume = part_volume * stress;
-      HoopWeights<D> hoop;
-      if (step.is_axisymmetric()) hoop.find(step, p, part);
+      HoopWeights hoop;
+      if (step.is_axisymmetric()) hoop = hoop_weights_of(step, p, part);
       for (int c = 0; c < D; ++c) {
         // Σ∇N = 0 and ΣT = 1/r, so the shares of the internal force add up to exactly 0 or, along
         // the radius, to the hoop force
