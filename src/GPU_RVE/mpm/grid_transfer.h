@@ -164,8 +164,8 @@ RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const 
   return support;
 }
 
-/// Weights of the hoop strain and the hoop force of a part of a ring: means over the part of N/r with
-/// the weight r, where N is the shape function of a node.
+/// Weights of the hoop strain and the hoop force of a part of a ring: means of N/r over the part
+/// with the weight r, where N is the shape function of a node.
 struct HoopWeights {
   double radius = 1.0;    ///< of the middle of the part [length]
   double along_r[3] =
