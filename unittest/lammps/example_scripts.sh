@@ -52,3 +52,8 @@ within "$(largest curve.rough 3)" 1.0 1.5 "peak of q/p of a cylinder"
 # N_c = 6.05 (Eason & Shield 1960)
 run circular_footing -var phi 0 -var cohesion 10000 -var qs 0 -var d_end 0.03 -var speed 0.025
 within "$(largest curve.mohr_coulomb 2)" 53e3 63e3 "pressure under a circle on Tresca ground [Pa]"
+
+# N_q = 9.62 by slip lines; 4.5 cells in the radius have 0.84 of it
+run circular_footing -var psi 20 -var d_end 0.04 -var speed 0.025 -var courant 4e-3
+within "$(largest curve.mohr_coulomb 2)" 155e3 195e3 \
+  "pressure under a circle on associated Mohr-Coulomb ground [Pa]"

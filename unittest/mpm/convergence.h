@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Errors on successively finer grids: their root mean square, and the order at which they decrease.
+// Means of numbers, root mean squares of errors, and the order at which errors decrease on finer
+// grids.
 
 #pragma once
 
@@ -16,6 +17,21 @@ class Rms {
     ++count_;
   }
   double value() const { return std::sqrt(sum_ / count_); }
+
+ private:
+  double sum_ = 0.0;
+  int count_ = 0;
+};
+
+/// Mean of added numbers.
+class Mean {
+ public:
+  void add(double value)
+  {
+    sum_ += value;
+    ++count_;
+  }
+  double value() const { return sum_ / count_; }
 
  private:
   double sum_ = 0.0;

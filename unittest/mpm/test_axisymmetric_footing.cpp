@@ -129,6 +129,26 @@ TEST(SmoothPunch, HasTheStiffnessOfARigidCircle)
   EXPECT_LT(factor, 2.3);
 }
 
+TEST(RoughPunch, TakesTheGroundUnderItDownEvenly)
+{
+  // The first points are half a cell below the nodes that the footing holds. Strain of that half
+  // cell is 4 % of the settlement, and all points have the same within 2 %.
+  constexpr double CELL = 0.125, RADIUS = 1.0 + 0.5 * CELL, END = 0.02;
+  Ground ground(2.5, CELL, RADIUS);
+  ground.options.flip = 0.999;
+  mpm::AxisymmetricLaw law = mpm_test::elastic_rings(YOUNG, POISSON);
+  const std::vector<double> before = ground.scene.position;
+  pressed(ground, law, true, END, 0.05, RADIUS, 6e-3 * CELL);
+  int count = 0;
+  for (int p = 0; p < ground.points; ++p) {
+    if (before[3 * p] > 0.5 || before[3 * p + 1] < -CELL) continue;
+    const double settlement = before[3 * p + 1] - ground.scene.position[3 * p + 1];
+    EXPECT_NEAR(settlement, 0.96 * END, 0.02 * END) << "r = " << before[3 * p];
+    ++count;
+  }
+  EXPECT_EQ(count, 4);
+}
+
 TEST(TrescaCircle, HasTheLimitLoadsOfASmoothAndARoughFooting)
 {
   // N_c = 5.69 and 6.05 (Eason & Shield 1960)

@@ -195,6 +195,36 @@ TEST(Rings, FallWithTheirWeightFreely)
   }
 }
 
+TEST(Rings, MoveTheirCentreOfMassAlongTheAxisWithTheMomentum)
+{
+  // No force acts from outside, so the momentum along the axis is constant.
+  for (const ShapeFunction shape : {ShapeFunction::Gimp, ShapeFunction::Cpgimp}) {
+    Scene scene;
+    scene.add_block({{0.0, 0.0}}, {{0.8, 0.4}}, CELL, 2000.0);
+    mpm_test::make_rings(scene);
+    std::mt19937 generator(5);
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    double mass = 0.0, momentum = 0.0, before = 0.0;
+    for (int p = 0; p < scene.size(); ++p) {
+      scene.velocity[3 * p + 1] = number(generator);
+      mass += scene.mass[p];
+      momentum += scene.mass[p] * scene.velocity[3 * p + 1];
+      before += scene.mass[p] * scene.position[3 * p + 1];
+    }
+    mpm::SolverOptions<2> options = mpm_test::ring_options({{0.0, -1.0}}, {{2.0, 1.4}}, CELL);
+    options.shape = shape;
+    mpm::AxisymmetricLaw law = mpm_test::elastic_rings(1e7, 0.3);
+    Solver solver(options);
+    solver.set_models({&law});
+    constexpr int STEPS = 200;
+    constexpr double DT = 2e-4;
+    for (int step = 0; step < STEPS; ++step) solver.step(scene.view(), {}, DT);
+    double after = 0.0;
+    for (int p = 0; p < scene.size(); ++p) after += scene.mass[p] * scene.position[3 * p + 1];
+    EXPECT_NEAR((after - before) / mass, STEPS * DT * momentum / mass, 1e-12);
+  }
+}
+
 TEST(Rings, HaveTheRadiusOfTheirHoopStretchAndTheVolumeOfTheirBox)
 {
   // Points have the velocity ε̇ r along the radius in every step. The disk becomes wider by a half,

@@ -476,7 +476,10 @@ namespace {
         view_.support = support_.reserve(count);
         if (view_.has_boxes()) view_.box = box_.reserve(count);
         view_.increment = increment_.reserve(count);
-        if (view_.is_axisymmetric()) view_.hoop_increment = hoop_increment_.reserve(count);
+        if (view_.is_axisymmetric()) {
+          view_.hoop_increment = hoop_increment_.reserve(count);
+          view_.hoop_weights = hoop_weights_.reserve(count);
+        }
         is_ahead_ = false;
         points_are_old_ = false;
       }
@@ -573,6 +576,7 @@ namespace {
     DeviceBuffer<PointBox<D>> box_;
     DeviceBuffer<Tensor<D>> increment_;
     DeviceBuffer<double> hoop_increment_;
+    DeviceBuffer<HoopWeights> hoop_weights_;
     DeviceBuffer<PointLoad<D>> loads_;
     std::vector<PointLoad<D>> load_copy_;
     Findings findings_ = {};

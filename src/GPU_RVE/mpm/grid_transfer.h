@@ -164,6 +164,36 @@ RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const 
   return support;
 }
 
+/// Weights of the hoop strain and the hoop force of a part of a ring: means of N/r over the part
+/// with the weight r, where N is the shape function of a node.
+struct HoopWeights {
+  double radius = 1.0;    ///< of the middle of the part [length]
+  double along_r[3] =
+      {};    ///< hat functions along r, averaged and divided by the radius [1/length]
+
+  /// Weight of a node [1/length].
+  template <int D>
+  RVE_INLINE double value(const Support<D> &support, const NodeIndex<D> &node) const
+  {
+    double product = along_r[node[0]];
+    for (int a = 1; a < D; ++a) product *= support.axis[a].value[node[a]];
+    return product;
+  }
+};
+
+/// Hoop weights of a part of a ring with the index `part` along r.
+template <int D>
+RVE_HD HoopWeights hoop_weights_of(const Grid<D> &grid, const PointBox<D> &box, int part)
+{
+  const PartOfAxis at(box, 0, part);
+  const AxisWeights plane = gimp_weights(at.xi, at.half);
+  HoopWeights hoop;
+  hoop.radius = grid.cell_size() * grid.radius(at.xi);
+  const double per_radius = 1.0 / hoop.radius;
+  for (int k = 0; k < 3; ++k) hoop.along_r[k] = plane.value[k] * per_radius;
+  return hoop;
+}
+
 /// Weights of a point inside the grid with a box of fixed size. Linear ignores half_size [length].
 template <int D>
 RVE_HD Support<D> support_of(const Grid<D> &grid, ShapeFunction shape, const double *position,

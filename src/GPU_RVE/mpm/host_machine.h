@@ -85,7 +85,10 @@ template <int D> class HostMachine {
     const int count = input.points.count;
     support_.resize(count);
     increment_.resize(count);
-    if (view_.is_axisymmetric()) hoop_increment_.resize(count);
+    if (view_.is_axisymmetric()) {
+      hoop_increment_.resize(count);
+      hoop_weights_.resize(count);
+    }
     view_.dt = input.dt;
     view_.points = input.points;
     view_.num_models = input.num_models;
@@ -99,7 +102,10 @@ template <int D> class HostMachine {
     view_.box = box_.data();
     view_.support = support_.data();
     view_.increment = increment_.data();
-    if (view_.is_axisymmetric()) view_.hoop_increment = hoop_increment_.data();
+    if (view_.is_axisymmetric()) {
+      view_.hoop_increment = hoop_increment_.data();
+      view_.hoop_weights = hoop_weights_.data();
+    }
     maxima_.assign(view_.body_maximum(0), 0.0);
     maxima_.resize(view_.num_maxima(), -std::numeric_limits<double>::infinity());
     view_.maximum = maxima_.data();
@@ -337,6 +343,7 @@ template <int D> class HostMachine {
   std::vector<PointBox<D>> box_;
   std::vector<Tensor<D>> increment_;
   std::vector<double> hoop_increment_;
+  std::vector<HoopWeights> hoop_weights_;
   std::vector<double> maxima_;
   std::uint64_t first_error_ = PointErrorKey::NO_ERROR;
   std::vector<Tally> tallies_;

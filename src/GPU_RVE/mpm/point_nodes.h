@@ -13,16 +13,14 @@ namespace mpm {
 template <int D> struct BoxPart {
   int number = 0, count = 1;    ///< index of the part, and number of parts
   int place[D] = {};            ///< index of the part along each axis
-  // in axisymmetry only
   bool is_ring = false;
+  // of a ring with several parts only
   int parts_along_r = 1;
   double low = 0.0, high = 0.0;    ///< radii of the edges of the whole box [cells]
-  double radius = 0.0;             ///< radius of the middle of the part [length]
-  double hoop[3] = {};             ///< hat functions along r, averaged and divided by r [1/length]
 
   RVE_HD double share() const
   {
-    if (!is_ring) return 1.0 / count;
+    if (!is_ring || count == 1) return 1.0 / count;
     return share_before(number + 1) - share_before(number);
   }
   /// Returns the integer share of this part in a total. The shares of all parts add up exactly to
@@ -37,25 +35,14 @@ template <int D> struct BoxPart {
         scale.integer(total * (double(number) / count));
   }
 
-  /// Finds radii and hoop weights. `place` must be set.
+  /// Makes the part one of a ring. `count` must be set.
   RVE_HD void set_ring(const Grid<D> &grid, const PointBox<D> &box)
   {
     is_ring = true;
+    if (count == 1) return;
     parts_along_r = box.parts(0);
     low = grid.radius(box.place[0] - box.half[0]);
     high = grid.radius(box.place[0] + box.half[0]);
-    const PartOfAxis at(box, 0, place[0]);
-    radius = grid.cell_size() * grid.radius(at.xi);
-    const AxisWeights plane = gimp_weights(at.xi, at.half);
-    for (int k = 0; k < 3; ++k) hoop[k] = plane.value[k] / radius;
-  }
-  /// Mean over the part of N/r with the weight r, where N is the shape function of a node
-  /// [1/length].
-  RVE_INLINE double hoop_value(const Support<D> &support, const NodeIndex<D> &node) const
-  {
-    double product = hoop[node[0]];
-    for (int a = 1; a < D; ++a) product *= support.axis[a].value[node[a]];
-    return product;
   }
 
  private:
@@ -131,17 +118,27 @@ RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> 
   return sum;
 }
 
-/// Returns Σ_I T_I field_I, where T_I is the mean of N_I/r over the ring of a point [field/length].
-/// The product with the radius of the point is the value of the field at the centre of its box.
+/// Returns the hoop weights of a part of the ring of an axisymmetric point.
 template <int D>
-RVE_HD Vec<D> gathered_over_radius(const StepView<D> &step, int p, const Vec<D> *field)
+RVE_HD HoopWeights hoop_weights_of(const StepView<D> &step, int p, const BoxPart<D> &part)
 {
-  Vec<D> sum = Vec<D>::zero();
+  return part.count == 1 ? step.hoop_weights[p]
+                         : hoop_weights_of(step.grid, step.box[p], part.place[0]);
+}
+
+/// Returns the hoop strain rate Σ_I T_I v_r,I of an axisymmetric point, where T_I is the mean of
+/// N_I/r over its ring [1/time]. The product with the radius of the point is the radial velocity of
+/// the grid at the centre of its box.
+template <int D> RVE_HD double gathered_hoop_rate(const StepView<D> &step, int p)
+{
+  double sum = 0.0;
   each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
-    const double share = part.share();
+    const HoopWeights hoop = hoop_weights_of(step, p, part);
+    double of_part = 0.0;
     each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
-      sum = sum + (share * part.hoop_value(support, place)) * field[support.node(place)];
+      of_part += hoop.value(support, place) * step.velocity[support.node(place)][0];
     });
+    sum += part.share() * of_part;
   });
   return sum;
 }

@@ -142,6 +142,7 @@ template <int D> struct PreparePoint : PointPass<D> {
     if (step.follows() || step.is_axisymmetric()) {
       const int whole[D] = {};
       step.support[p] = support_of(step.grid, step.box[p], whole, step.is_axisymmetric());
+      if (step.is_axisymmetric()) step.hoop_weights[p] = hoop_weights_of(step.grid, step.box[p], 0);
     } else {
       step.support[p] = support_of(step.grid, step.shape, x, half);
     }
@@ -178,8 +179,9 @@ template <int D> struct BoundForces : PointPass<D> {
 
 /// Moves points: x += dt Σ N v, v = flip (v + Σ N Δv) + (1 - flip) Σ N v. The sums are over nodes
 /// with the shape function N, velocity v and velocity change Δv. Rigid points move with their body.
-/// The velocity of a ring is the mean over its volume, but the middle of its box moves with the
-/// velocity there, so that its radius grows with its hoop strain.
+/// The velocity of a ring is the mean over its volume. Its box moves with the axial component, so
+/// that the centre of mass moves with the momentum. Along the radius it moves with the velocity at
+/// its middle, so that its radius grows with its hoop strain.
 template <int D> struct AdvancePoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -202,10 +204,10 @@ template <int D> struct AdvancePoint : PointPass<D> {
     }
     const Vec<D> grid_velocity = gathered(step, p, step.velocity);
     const Vec<D> change = gathered(step, p, step.velocity_change);
-    Vec<D> of_centre = grid_velocity;
-    if (step.is_axisymmetric()) of_centre = x[0] * gathered_over_radius(step, p, step.velocity);
+    Vec<D> of_box = grid_velocity;
+    if (step.is_axisymmetric()) of_box[0] = x[0] * gathered_hoop_rate(step, p);
     for (int c = 0; c < D; ++c) {
-      x[c] += step.dt * of_centre[c];
+      x[c] += step.dt * of_box[c];
       v[c] = step.flip * (v[c] + change[c]) + (1.0 - step.flip) * grid_velocity[c];
     }
     if (!are_finite<D>(v)) tally.error(p, ErrorCode::Velocity);
@@ -241,8 +243,7 @@ template <int D> struct GradientOfPoint : PointPass<D> {
     const Tensor<D> gradient = gathered_gradient(step, p, step.velocity);
     step.points.velocity_gradient[p] = gradient;
     double hoop_rate = 0.0;
-    if (step.is_axisymmetric())
-      step.hoop_increment[p] = hoop_rate = gathered_over_radius(step, p, step.velocity)[0];
+    if (step.is_axisymmetric()) step.hoop_increment[p] = hoop_rate = gathered_hoop_rate(step, p);
     tally.raise(DilationBound, std::abs(step.trace_with(gradient, hoop_rate)));
   }
 };
@@ -273,7 +274,7 @@ template <int D> struct StrainPoint : PointPass<D> {
       hoop_rate += change;
     } else {
       gradient = gathered_gradient(step, p, step.velocity);
-      if (step.is_axisymmetric()) hoop_rate = gathered_over_radius(step, p, step.velocity)[0];
+      if (step.is_axisymmetric()) hoop_rate = gathered_hoop_rate(step, p);
     }
     const Tensor<D> increment = Tensor<D>::identity() + dt * gradient;
     const Tensor<D> deformation = increment * points.deformation_gradient[p];

@@ -127,6 +127,7 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   /// Per point in axisymmetry: 1 + Δt v_r/r, the hoop component of ΔF. With mean dilation it holds
   /// the rate v_r/r [1/time] between GradientOfPoint and StrainPoint.
   double *hoop_increment = nullptr;
+  HoopWeights *hoop_weights = nullptr;    ///< per point in axisymmetry, of a box with one part
   const PointLoad<D> *loads = nullptr;    ///< loads of this rank
   int num_point_loads = 0;
 

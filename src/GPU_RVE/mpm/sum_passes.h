@@ -77,19 +77,22 @@ template <int D> struct Force {
     }
     const Vec<D> body_force = first_of<D>(step.points.body_force[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
-      const Tensor<D> stress_volume = (-volume * part.share()) * stress;
+      const double part_volume = -volume * part.share();
+      const Tensor<D> stress_volume = part_volume * stress;
+      HoopWeights hoop;
+      if (step.is_axisymmetric()) hoop = hoop_weights_of(step, p, part);
       for (int c = 0; c < D; ++c) {
         // Σ∇N = 0 and ΣT = 1/r, so the shares of the internal force add up to exactly 0 or, along
         // the radius, to the hoop force
         const bool has_hoop = step.is_axisymmetric() && c == 0;
-        const double hoop_volume = has_hoop ? -volume * part.share() * hoop_stress : 0.0;
+        const double hoop_volume = has_hoop ? part_volume * hoop_stress : 0.0;
         scatter_integer<width_of<D>(KIND)>(
-            support, scale, has_hoop ? scale.integer(hoop_volume / part.radius) : 0,
+            support, scale, has_hoop ? scale.integer(hoop_volume / hoop.radius) : 0,
             [&](const NodeIndex<D> &place) {
               const Vec<D> gradient = support.gradient(place);
               double force = stress_volume(c, 0) * gradient[0];
               for (int a = 1; a < D; ++a) force += stress_volume(c, a) * gradient[a];
-              if (has_hoop) force += hoop_volume * part.hoop_value(support, place);
+              if (has_hoop) force += hoop_volume * hoop.value(support, place);
               return force;
             },
             sums, c);
