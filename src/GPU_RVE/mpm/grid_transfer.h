@@ -168,8 +168,8 @@ RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const 
 /// with the weight r, where N is the shape function of a node.
 struct HoopWeights {
   double radius = 1.0;    ///< of the middle of the part [length]
-  double along_r[3] =
-      {};    ///< hat functions along r, averaged and divided by the radius [1/length]
+  /// Hat functions along r, averaged and divided by the radius [1/length].
+  double along_r[3] = {};
 
   /// Weight of a node [1/length].
   template <int D>
