@@ -64,7 +64,7 @@ template <int D> const double *MpmWater<D>::unpack(int i, const double *buf)
   return buf;
 }
 
-template <int D> void MpmWater<D>::show(Points &points) const
+template <int D> void MpmWater<D>::show(Points &points)
 {
   if (!exists() || settings().is_submerged()) return;
   points.water.water_volume = numbers[WATER].data();

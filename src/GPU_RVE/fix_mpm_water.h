@@ -35,7 +35,7 @@ template <int D> class MpmWater : protected Pointers {
   /// Reads the numbers of a point and returns the end of the read numbers.
   const double *unpack(int i, const double *buf);
   /// Sets the pointers of a view to the fields of the solver.
-  void show(Points &points) const;
+  void show(Points &points);
   /// Returns rows of body forces for the solver [force]. They are atom->f, or with submerged ground
   /// atom->f reduced by buoyancy. `mass` has the masses of the points. Valid until the next call.
   double *body_forces(const double *mass);
