@@ -63,11 +63,15 @@ template <int D> class MpmWater : protected Pointers {
 
   // ---- output ----
 
-  enum Column { PORE_PRESSURE, POROSITY, R_U, COLUMNS };
-  static constexpr const char *COLUMN_NAMES[COLUMNS] = {"pore_pressure", "porosity", "r_u"};
+  enum Column { PORE_PRESSURE, POROSITY, R_U, WATER_VOLUME, COLUMNS };
+  static constexpr const char *COLUMN_NAMES[COLUMNS] = {"pore_pressure", "porosity", "r_u",
+                                                        "water_volume"};
   /// Returns the column with this name, or -1.
   static int column(const std::string &name);
-  static const char *unit(int column) { return column == PORE_PRESSURE ? "stress" : ""; }
+  static const char *unit(int column)
+  {
+    return column == PORE_PRESSURE ? "stress" : column == WATER_VOLUME ? "length^3" : "";
+  }
   double value(int column, const Points &points, int i) const;
 
   /// Logs the range of the water, and warns if the ground carries much of an undrained load. Does
