@@ -50,6 +50,7 @@ tresca          strip_footing           lmp -in in.strip_footing -var law tresca
 mohr_coulomb    strip_footing           lmp -in in.strip_footing -var h 0.5 -var duration 0.2
 undrained       undrained_footing       lmp -in in.undrained_footing -var h 0.5 -var duration 0.1
 undrained_clay  undrained_footing       lmp -in in.undrained_footing -var h 0.5 -var duration 0.1 -var ground clay
+consolidation   consolidation           lmp -in in.consolidation -var h 0.1 -var T 0.02
 retaining_wall  retaining_wall          lmp -in in.retaining_wall -var h 0.5 -var duration 0.05
 biaxial_bands   biaxial_specimen        lmp -in in.biaxial_specimen -var strain 0.001
 triaxial_rough  triaxial_specimen       lmp -in in.triaxial_specimen -var strain 0.001

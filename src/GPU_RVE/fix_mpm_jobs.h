@@ -179,6 +179,8 @@ template <int D> class MpmWaves : protected Pointers {
   bool warned_rounding = false;    // warned of coordinates far from the origin in this run
   bool warned_tangent = false;     // warned of RVEs without a measured tangent in this run
 
+  /// Ends with an error if the time step is too large for water that flows.
+  void check_flow(const Points &points) const;
   std::vector<int> fastest(const Points &points, const FixRve &source,
                            const mpm::Constitutive<D> &law) const;
 };

@@ -64,7 +64,7 @@ template <int D> const double *MpmWater<D>::unpack(int i, const double *buf)
   return buf;
 }
 
-template <int D> void MpmWater<D>::show(Points &points) const
+template <int D> void MpmWater<D>::show(Points &points)
 {
   if (!exists() || settings().is_submerged()) return;
   points.water.water_volume = numbers[WATER].data();
@@ -201,6 +201,7 @@ template <int D> double MpmWater<D>::value(int column, const Points &points, int
 {
   if (!(numbers[GRAINS][i] > 0.0)) return 0.0;
   if (column == POROSITY) return volumes(points, i).porosity();
+  if (column == WATER_VOLUME) return numbers[WATER][i];
   const double now = pressure(points, i);
   if (column == PORE_PRESSURE) return now;
   return numbers[VERTICAL][i] > 0.0 ? (now - numbers[PRESSURE][i]) / numbers[VERTICAL][i] : 0.0;
@@ -213,9 +214,9 @@ template <int D> void MpmWater<D>::report(const Points &points)
   setup.solver->fetch(points);
   for (mpm::Constitutive<D> *law : setup.laws) law->expect_questions();
   bigint wet = 0;
-  // largest negative porosity, porosity, negative pressure, pressure, and modulus of the ground as
-  // a multiple of that of the water
-  double most[5] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.0};
+  // largest negative porosity, porosity, negative pressure, pressure, modulus of the ground as a
+  // multiple of that of the water, and coefficient of consolidation
+  double most[6] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.0, 0.0};
   for (int i = 0; i < atom->nlocal; i++) {
     if (points.rigid_body[i] >= 0 || !(numbers[WATER][i] > 0.0)) continue;
     wet++;
@@ -224,11 +225,13 @@ template <int D> void MpmWater<D>::report(const Points &points)
         ? 0.0
         : setup.laws[points.model[i]]->p_wave_modulus(i) /
             setup.solver->modulus_of_water(points, i);
-    const double own[] = {-n, n, -p, p, softness};
-    for (int k = 0; k < 5; k++) most[k] = std::max(most[k], own[k]);
+    const double consolidation = setup.settings.options.water.mobility *
+        setup.laws[points.model[i]]->p_wave_modulus(i) / (1.0 + softness);
+    const double own[] = {-n, n, -p, p, softness, consolidation};
+    for (int k = 0; k < 6; k++) most[k] = std::max(most[k], own[k]);
   }
   MPI_Allreduce(MPI_IN_PLACE, &wet, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  MPI_Allreduce(MPI_IN_PLACE, most, 5, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, most, 6, MPI_DOUBLE, MPI_MAX, world);
   if (comm->me != 0) return;
   if (wet == 0) {
     error->warning(FLERR,
@@ -249,6 +252,13 @@ template <int D> void MpmWater<D>::report(const Points &points)
       "fix mpm {}: {} points have water: porosity {:.4g} to {:.4g}, pore pressure {:.4g} "
       "to {:.4g} [stress]\n",
       setup.fix->id, wet, -most[0], most[1], -most[2], most[3]);
+  if (settings().flows())
+    utils::logmesg(
+        lmp,
+        "fix mpm {}: the coefficient of consolidation is at most {:.4g} [length^2/time]; "
+        "a layer with a drained side at the distance H consolidates in about H^2 over "
+        "it\n",
+        setup.fix->id, most[5]);
   if (STIFF * most[4] > 1.0)
     error->warning(
         FLERR,

@@ -35,7 +35,7 @@ template <int D> class MpmWater : protected Pointers {
   /// Reads the numbers of a point and returns the end of the read numbers.
   const double *unpack(int i, const double *buf);
   /// Sets the pointers of a view to the fields of the solver.
-  void show(Points &points) const;
+  void show(Points &points);
   /// Returns rows of body forces for the solver [force]. They are atom->f, or with submerged ground
   /// atom->f reduced by buoyancy. `mass` has the masses of the points. Valid until the next call.
   double *body_forces(const double *mass);
@@ -63,11 +63,15 @@ template <int D> class MpmWater : protected Pointers {
 
   // ---- output ----
 
-  enum Column { PORE_PRESSURE, POROSITY, R_U, COLUMNS };
-  static constexpr const char *COLUMN_NAMES[COLUMNS] = {"pore_pressure", "porosity", "r_u"};
+  enum Column { PORE_PRESSURE, POROSITY, R_U, WATER_VOLUME, COLUMNS };
+  static constexpr const char *COLUMN_NAMES[COLUMNS] = {"pore_pressure", "porosity", "r_u",
+                                                        "water_volume"};
   /// Returns the column with this name, or -1.
   static int column(const std::string &name);
-  static const char *unit(int column) { return column == PORE_PRESSURE ? "stress" : ""; }
+  static const char *unit(int column)
+  {
+    return column == PORE_PRESSURE ? "stress" : column == WATER_VOLUME ? "length^3" : "";
+  }
   double value(int column, const Points &points, int i) const;
 
   /// Logs the range of the water, and warns if the ground carries much of an undrained load. Does

@@ -101,6 +101,7 @@ template <int D> void MpmWaves<D>::check_courant(const Points &points, double bo
                "must be at most {}: the time step {} must be below {:.4g} [time]",
                setup.fix->id, update->ntimestep, number, limit, update->dt,
                update->dt * limit / number);
+  check_flow(points);
   if (number > setup.settings.courant_warn && !warned) {
     if (comm->me == 0)
       error->warning(FLERR,
@@ -110,6 +111,25 @@ template <int D> void MpmWaves<D>::check_courant(const Points &points, double bo
     warned = true;
   }
   check_rounding(points, body_speed);
+}
+
+/// Water that flows has the limit (Courant number)² + flow number <= 1.
+template <int D> void MpmWaves<D>::check_flow(const Points &points) const
+{
+  double flow = 0.0;
+  setup.guarded([&] { flow = setup.solver->flow_number(points, update->dt); });
+  const double limit = setup.settings.courant_error, sum = number * number + flow;
+  if (flow == 0.0 || !(sum > limit * limit)) return;
+  // largest factor x of the time step: (number x)² + flow x = limit²
+  const double factor =
+      2.0 * limit * limit / (flow + std::sqrt(flow * flow + 4.0 * limit * limit * number * number));
+  error->all(FLERR,
+             "fix mpm {}: step {}: the flow number of the water, 2 D dt k (kw/n)/(density gravity "
+             "h^2), is {:.4g}; with the square of the Courant number, {:.4g}, it must be at most "
+             "{:.4g}: the time step {} must be below {:.4g} [time], or use a lower kw or "
+             "conductivity k",
+             setup.fix->id, update->ntimestep, flow, number * number, limit * limit, update->dt,
+             update->dt * factor);
 }
 
 /// Coordinates are doubles, and the distance between neighboring doubles grows with their distance

@@ -209,8 +209,8 @@ TEST(FixMpmWater, SubmergedLayersRestUnderTheirBuoyantWeight)
   EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-12 * 2000 * GRAVITY * 0.25);
 }
 
-/// A column without initial stress settles by γ' H²/(2 M'). It begins to fall with the buoyant share
-/// of gravity.
+/// A column without initial stress settles by γ' H²/(2 M'). It begins to fall with the buoyant
+/// share of gravity.
 TEST(FixMpmWater, SubmergedColumnSettlesUnderItsBuoyantWeight)
 {
   const double modulus = 1e9 * 0.7 / (1.3 * 0.4), mass = DRY + POROSITY * WATER;
@@ -231,6 +231,59 @@ TEST(FixMpmWater, SubmergedColumnSettlesUnderItsBuoyantWeight)
     EXPECT_NEAR(row[UY_2D], -weight / modulus * (3.0 * y - 0.5 * y * y),
                 0.01 * weight / modulus * 4.5);
   }
+}
+
+/// Terzaghi's consolidation of a column that is drained at its surface. Its pressures are those of
+/// the undrained load at the beginning.
+TEST(FixMpmWater, LoadedColumnConsolidates)
+{
+  // 2 by 6 cells of 0.5, one point per cell; M' = E with a Poisson's ratio of 0, K_w/n = 25 M'
+  const double ratio = 25.0, load = 1000.0, diffusivity = 1e-3 / (WATER * GRAVITY) * 1e7 / 1.04;
+  const double time = 0.3 * 9.0 / diffusivity;    // T = 0.3
+  SoilScript script;
+  script << GROUND + SETTINGS +
+          "unfix gravity\ntimestep 4e-4\n"
+          "region surface block 0 1 2.5 3 -0.05 0.05 units box\ngroup surface region surface\n" +
+          soil(fmt::format(
+                   "damping 0.1 model all elastic 1e7 0 density 1600 water all flows kw 1e8 "
+                   "conductivity 1e-3 gravity 9.81 density 1000 porosity 0.4 "
+                   "traction surface 0 -1000") +
+               WET_COLUMNS) +
+          fmt::format("run {}\n", (int) std::lround(time / 4e-4));
+
+  const double p0 = load * ratio / (1.0 + ratio);
+  for (const auto &[id, row] : script.points()) {
+    double expected = 0.0;
+    for (int m = 0; m < 20; m++) {
+      const double M = 0.5 * 3.14159265358979323846 * (2 * m + 1);
+      const double depth = 3.0 - (row[Y] - row[UY_2D]);
+      expected += 2.0 / M * std::sin(M * depth / 3.0) * std::exp(-M * M * 0.3);
+    }
+    EXPECT_NEAR(row[P_2D], p0 * expected, 0.02 * p0) << "six cells";
+    EXPECT_NEAR(row[P_2D] - row[SYY_2D], load, 0.02 * load) << "total stress";
+  }
+}
+
+TEST(FixMpmWater, FlowHasTheSameBitsOnRanksAndAfterARestart)
+{
+  const std::string fixes = SETTINGS +
+      soil("model all mohr_coulomb 1e7 0.3 0 30 0 density 1600 water all flows kw 1e8 conductivity "
+           "1e-3 gravity 9.81 density 1000 porosity 0.4 cavitation 1e3 drained ylo insitu gravity "
+           "9.81 k0 0.5 surcharge 3000 water_table 2.0" +
+           WET_COLUMNS + " column water_volume");
+  SoilScript whole, alone(MPI_COMM_SELF), first, second;
+  whole << GROUND + fixes + "run 300\n";
+  alone << GROUND + fixes + "run 300\n";
+  first << GROUND + fixes + "run 100\nwrite_restart test_water.restart\n";
+  second << "processors 1 * 1\nread_restart test_water.restart\npair_style none\n" + fixes +
+          "run 200\n";
+
+  EXPECT_EQ(whole.points(), alone.points());
+  EXPECT_EQ(whole.points(), second.points());
+  double lost = 0.0;
+  for (const auto &[id, row] : alone.points())
+    if (row[Y] < 2.0) lost += 0.25 * POROSITY - row.back();
+  EXPECT_GT(lost, 1e-5) << "the base is drained";
 }
 
 TEST(FixMpmWater, PorosityMayBeAVariableAndTheGroupOfWaterAPart)
@@ -385,9 +438,11 @@ TEST(FixMpmWaterErrors, AreReported)
     return message_of(GROUND + SETTINGS + soil(arguments) + "run 0\n");
   };
   const std::string begin = SAND + "water all undrained ";
-  EXPECT_IN("water has 'drained' instead of undrained; it must read: water group-ID undrained kw "
-            "value density value porosity value | rve [cavitation value]",
-            of(SAND + "water all drained kw 1e8"));
+  EXPECT_IN(
+      "water has 'drained' instead of undrained; it must read: water group-ID undrained kw "
+      "value density value porosity value | rve [cavitation value], or group-ID flows kw value "
+      "conductivity value",
+      of(SAND + "water all drained kw 1e8"));
   EXPECT_IN("water has '1e8' instead of kw", of(begin + "1e8"));
   EXPECT_IN("kw is 0 [stress]; it must be greater than 0", of(begin + "kw 0"));
   EXPECT_IN("density is -1 [mass/length^3]; it must be greater than 0",
@@ -409,6 +464,20 @@ TEST(FixMpmWaterErrors, AreReported)
             of(SAND + SATURATED + "insitu gravity 9.81 k0 0.5 water_table 30"));
   EXPECT_IN("insitu needs gravity and k0",
             of(SAND + SATURATED + "insitu stress -1 -1 0 water_table 2"));
+  const std::string flows = SAND + "water all flows ";
+  EXPECT_IN("water has 'density' instead of conductivity", of(flows + "kw 1e8 density 1000"));
+  EXPECT_IN("conductivity is 0 [length/time]; it must be greater than 0",
+            of(flows + "kw 1e8 conductivity 0"));
+  EXPECT_IN("water has 'density' instead of gravity",
+            of(flows + "kw 1e8 conductivity 1e-3 density 1000"));
+  EXPECT_IN("the flow number of the water, 2 D dt k (kw/n)/(density gravity h^2), is 8.155",
+            of(flows + "kw 1e8 conductivity 0.1 gravity 9.81 density 1000 porosity 0.4"));
+  EXPECT_IN("must be below 2.452e-05 [time]",
+            of(flows + "kw 1e8 conductivity 0.1 gravity 9.81 density 1000 porosity 0.4"));
+  EXPECT_IN("water that flows needs the scheme musl",
+            of(flows +
+               "kw 1e8 conductivity 1e-3 gravity 9.81 density 1000 porosity 0.4 scheme "
+               "usavg"));
   EXPECT_IN("water submerged has no water_table",
             of(SAND +
                "water all submerged density 1000 porosity 0.4 insitu gravity 9.81 k0 0.5 "

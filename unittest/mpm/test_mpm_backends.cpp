@@ -34,6 +34,7 @@ struct Case {
   bool absorbing = false;
   bool wet = false;    ///< the points have pore water
   bool mean_dilation = false;
+  bool flows = false;    ///< the water flows
 };
 
 constexpr mpm::PoreWater WATER = {4e6, 10e3};
@@ -46,6 +47,11 @@ mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
   options.damping = what.damping;
   options.mean_dilation = what.mean_dilation;
   if (what.wet) options.water = WATER;
+  if (what.flows) {
+    options.water.mobility = 1e-8;
+    options.water.density = 1000.0;
+    options.water.impervious = 0b0101;
+  }
   options.flip = 0.99;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
@@ -166,6 +172,7 @@ template <class Points> void expect_same_points(const Points &a, const Points &b
   EXPECT_TRUE(same_bits(a.velocity_gradient, b.velocity_gradient));
   EXPECT_TRUE(same_bits(a.stress, b.stress));
   EXPECT_TRUE(same_bits(a.memory, b.memory));
+  EXPECT_TRUE(same_bits(a.water_volume, b.water_volume));
 }
 
 void expect_same_bits(Ground &cpu, Ground &cuda)
@@ -215,7 +222,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{Scheme::Usavg, ShapeFunction::Linear, 0.0, false},
                     Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, true},
                     Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, false, true},
-                    Case{Scheme::Usavg, ShapeFunction::Cpgimp, 0.0, true, false, true, true}));
+                    Case{Scheme::Usavg, ShapeFunction::Cpgimp, 0.0, true, false, true, true},
+                    Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false, false, true, false, true},
+                    Case{Scheme::Musl, ShapeFunction::Cpgimp, 0.0, true, false, true, false,
+                         true}));
 
 TEST_F(OnDevice, OrderOfThePointsHasNoInfluence)
 {

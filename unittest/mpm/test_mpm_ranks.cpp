@@ -33,11 +33,12 @@ struct Method {
   bool absorbing = false;
   bool wet = false;    ///< a part of the points has pore water
   bool mean_dilation = false;
+  bool flows = false;    ///< the water flows
 };
 
 /// All numbers of a point that a step changes, compared as bytes.
 struct PointState {
-  double position[3], velocity[3], volume;
+  double position[3], velocity[3], volume, water;
   rve::Tensor2 deformation_gradient, stress, velocity_gradient;
 };
 
@@ -95,6 +96,11 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
     for (int p = 0; p < scene.size(); ++p)
       if (scene.id[p] % 5 == 0) scene.water_volume[p] = 0.0;
   }
+  if (method.flows) {
+    options.water.mobility = 1e-8;
+    options.water.density = 1000.0;
+    options.water.impervious = 0b0101;
+  }
   options.flip = 0.99;
   options.rigid_bodies.resize(3);
   options.rigid_bodies[ANVIL].face = Face::YHi;
@@ -145,6 +151,7 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
     std::copy_n(&scene.position[3 * p], 3, state.position);
     std::copy_n(&scene.velocity[3 * p], 3, state.velocity);
     state.volume = scene.volume[p];
+    state.water = method.wet ? scene.water_volume[p] : 0.0;
     state.deformation_gradient = scene.deformation_gradient[p];
     state.stress = scene.stress[p];
     state.velocity_gradient = scene.velocity_gradient[p];
@@ -294,7 +301,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Method{Scheme::Musl, ShapeFunction::Linear, 0.1, true, true},
                     Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, true, true, false, true, true},
                     Method{Scheme::Usavg, ShapeFunction::Gimp, 0.0, true, false, false, true},
-                    Method{Scheme::Usavg, ShapeFunction::Linear, 0.0, false, false}));
+                    Method{Scheme::Usavg, ShapeFunction::Linear, 0.0, false, false},
+                    Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, true, false, false, true, false,
+                           true}));
 
 TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
 {

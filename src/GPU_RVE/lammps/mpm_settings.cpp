@@ -356,13 +356,16 @@ template <int D> void read_stress(ScriptArguments &words, ParseState<D> &state)
 }
 
 constexpr const char *WATER_FORM = "group-ID undrained kw value density value porosity value | rve "
-                                   "[cavitation value], or group-ID submerged density value "
-                                   "porosity value | rve";
+                                   "[cavitation value], or group-ID flows kw value conductivity "
+                                   "value gravity value density value porosity value | rve "
+                                   "[cavitation value] [drained side] ..., or group-ID submerged "
+                                   "density value porosity value | rve";
 
 /// Reads *water*. The words have a fixed order, because *density* is also a keyword of the command.
 template <int D> void read_water(ScriptArguments &words, ParseState<D> &state)
 {
   MpmWaterSettings &water = state.settings.water;
+  mpm::PoreWater &of_solver = state.options.water;
   water.given = true;
   water.group = words.peek();
   water.groupbit = words.groupbit("group");
@@ -371,12 +374,20 @@ template <int D> void read_water(ScriptArguments &words, ParseState<D> &state)
       words.refuse(fmt::format("water has '{}' instead of {}; it must read: water {}",
                                words.next(part), part, WATER_FORM));
   };
-  if (words.take("submerged")) {
-    water.kind = MpmWaterSettings::Kind::Submerged;
-  } else {
-    expect("undrained");
+  using Kind = MpmWaterSettings::Kind;
+  water.kind = words.take("submerged") ? Kind::Submerged
+      : words.take("flows")            ? Kind::Flows
+                                       : Kind::Undrained;
+  if (water.kind == Kind::Undrained) expect("undrained");
+  if (water.kind != Kind::Submerged) {
     expect("kw");
-    state.options.water.modulus = words.positive("kw", "[stress]");
+    of_solver.modulus = words.positive("kw", "[stress]");
+  }
+  if (water.flows()) {
+    expect("conductivity");
+    of_solver.mobility = words.positive("conductivity", "[length/time]");
+    expect("gravity");
+    of_solver.mobility /= words.positive("gravity", "[length/time^2]");
   }
   expect("density");
   water.density = words.positive("density", "[mass/length^3]");
@@ -386,12 +397,26 @@ template <int D> void read_water(ScriptArguments &words, ParseState<D> &state)
     water.porosity.constant = words.within("porosity", "[-]", 0.0, 1.0);
   else if (!water.takes_porosity_of_rves)
     water.porosity = words.value("porosity");
-  if (water.is_submerged() || !words.take("cavitation")) return;
-  state.options.water.cavitation = words.number("cavitation");
-  if (!(state.options.water.cavitation >= 0.0))
-    words.refuse(fmt::format("water cavitation is {} [stress]; it must be at least 0, the suction "
-                             "that the water bears",
-                             rve::number(state.options.water.cavitation)));
+  if (water.is_submerged()) return;
+  if (words.take("cavitation")) {
+    of_solver.cavitation = words.number("cavitation");
+    if (!(of_solver.cavitation >= 0.0))
+      words.refuse(fmt::format("water cavitation is {} [stress]; it must be at least 0, the "
+                               "suction that the water bears",
+                               rve::number(of_solver.cavitation)));
+  }
+  of_solver.mobility /= water.density;
+  of_solver.density = water.density;
+  while (water.flows() && words.take("drained"))
+    water.drained_sides |= 1 << (int) read_side<D>(words);
+}
+
+/// Finds the sides that no water passes: those that hold or absorb the ground and are not drained.
+template <int D> void close_sides(mpm::SolverOptions<D> &options, int drained)
+{
+  for (int side = 0; side < mpm::FACES<D>; side++)
+    if (options.sides[side] != mpm::SideKind::Free || options.dashpots[side].exist())
+      options.water.impervious |= 1 << side & ~drained;
 }
 
 constexpr const char *IN_SITU_FORM = "gravity g k0 value | rest [surcharge q] [surface height] "
@@ -586,6 +611,7 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
                       "{}: water does not support axisymmetric yes; use a plane model or a quarter "
                       "in three dimensions",
                       name);
+    if (settings.water.flows()) close_sides(options, settings.water.drained_sides);
     check_forms(lmp, state);
     if (options.axisymmetric)
       for (MpmModel<D> &model : settings.models) model.set_axisymmetric();

@@ -41,8 +41,9 @@ template <int D> struct MpmTraction {
 /// Pore water of the keyword *water*. Its modulus and its limit of cavitation are in the options of
 /// the solver.
 struct MpmWaterSettings {
-  /// Undrained: does not flow. Submerged: still water that drains without resistance.
-  enum class Kind { Undrained, Submerged };
+  /// Undrained: does not flow. Flows: flows by Darcy's law. Submerged: still water that drains
+  /// without resistance.
+  enum class Kind { Undrained, Flows, Submerged };
 
   bool given = false;
   Kind kind = Kind::Undrained;
@@ -52,6 +53,10 @@ struct MpmWaterSettings {
   bool takes_porosity_of_rves = false;    ///< porosity rve
   ScriptValue porosity;                   ///< of new points [-]; not used with porosity rve
 
+  /// Bit f: water passes the side f though it holds or absorbs the ground. Only of the kind Flows.
+  int drained_sides = 0;
+
+  bool flows() const { return given && kind == Kind::Flows; }
   bool is_submerged() const { return given && kind == Kind::Submerged; }
 };
 

@@ -314,6 +314,12 @@ namespace {
                 copy(to, buffer.receive(count_), count_);
           },
           points, fields_);
+      WaterFields<D, Buffer>::each(
+          [&](auto *to, auto &buffer) {
+            if constexpr (!std::is_const_v<std::remove_pointer_t<decltype(to)>>)
+              if (to && view_.water.flows()) copy(to, buffer.receive(count_), count_);
+          },
+          points.water, water_);
       stresses_are_ahead_ = false;
       is_ahead_ = false;
     }

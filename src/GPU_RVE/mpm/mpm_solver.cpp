@@ -49,6 +49,27 @@ namespace {
             "the side xlo of an axisymmetric grid from x = 0 is the axis, so it must be a roller");
   }
 
+  /// Requires options that water that flows allows.
+  template <int D> void check_flow(const SolverOptions<D> &options)
+  {
+    const PoreWater &water = options.water;
+    require(water.mobility >= 0.0 && std::isfinite(water.mobility),
+            "mobility of the pore water must be at least 0 and finite, got ", water.mobility,
+            " [length^4/(force time)]");
+    require(water.density >= 0.0 && std::isfinite(water.density),
+            "density of the pore water must be at least 0 and finite, got ", water.density,
+            " [mass/length^3]");
+    if (!water.flows()) return;
+    require(water.exists(), "water that flows needs a bulk modulus above 0");
+    require(!options.axisymmetric, "water that flows does not support axisymmetry");
+    require(options.scheme == Scheme::Musl, "water that flows needs the scheme musl");
+    require(!options.mean_dilation,
+            "water that flows does not support means of the dilation over cells");
+    // with linear functions the flux of a node that a point just reaches is without bound
+    require(options.shape != ShapeFunction::Linear,
+            "water that flows needs the shape functions gimp or cpgimp");
+  }
+
   template <int D> const SolverOptions<D> &checked(const SolverOptions<D> &options)
   {
     if (options.axisymmetric) check_axisymmetric(options);
@@ -76,6 +97,7 @@ namespace {
     require(options.water.cavitation >= 0.0,
             "suction at which the pore water cavitates must be at least 0, got ",
             options.water.cavitation, " [stress]");
+    check_flow(options);
     rve::require_threads(options.threads);
     return options;
   }
@@ -180,6 +202,9 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
                       " times the initial one: use a higher bulk modulus of the water, or a "
                       "shorter time step");
       }
+      case ErrorCode::Dry:
+        return "has lost all of its water; use a limit of cavitation above 0, or a group of the "
+               "water without the points that run dry";
       default:
         return concat("is inverted, det(F) = ", determinant(points.deformation_gradient[p]),
                       "; the time step is too large or the material lost its stiffness");
@@ -325,6 +350,18 @@ template <int D> double MpmSolver<D>::modulus_of_water(const PointView<D> &point
 {
   if (!points.water.water_volume) return 0.0;
   return pore_modulus(options_.water, points.pore_volumes(p, points.volume[p]));
+}
+
+template <int D> double MpmSolver<D>::flow_number(const PointView<D> &points, double dt) const
+{
+  if (!options_.water.flows()) return 0.0;
+  fetch(points);
+  double modulus = 0.0;
+  for (int p = 0; p < points.count; ++p)
+    if (points.rigid_body[p] < 0) modulus = std::max(modulus, modulus_of_water(points, p));
+  communication_.max_over_ranks(&modulus, 1);
+  const double diffusivity = options_.water.mobility * modulus;
+  return 2.0 * D * dt * diffusivity / (options_.cell_size * options_.cell_size);
 }
 
 template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, double dt) const

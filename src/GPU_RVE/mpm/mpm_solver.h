@@ -69,8 +69,9 @@ template <int D> class MpmSolver {
   ///   2. forces f_I = - Σ V (σ - p 1)·∇N + Σ f N + traction, with the pore pressure p
   ///   3. p_end = p + f_I dt, conditions on p and p_end, damping
   ///   4. x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v
+  ///      water that flows: flux q_I of Darcy's law
   ///   5. momentum to the grid again, conditions, L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F,
-  ///      stresses
+  ///      stresses; water that flows: V_w -= dt V Σ q·∇N
   ///
   /// N is the shape function of a node. A point has position x, velocity v, volume V (initially
   /// V₀), stress σ, body force f, deformation gradient F and velocity gradient L. A node has force
@@ -95,6 +96,11 @@ template <int D> class MpmSolver {
   /// the wave speeds of dashpots. Steps with a Courant number above 1 are unstable, and nonlinear
   /// materials need 0.5 or less.
   double cfl_number(const PointView<D> &points, double dt) const;
+
+  /// Returns the number of the stability limit of water that flows, 2 D c dt/h² with the largest
+  /// diffusivity c = (k/ρ_w g) K_w/n of a point and the dimension D; 0 without flow. The step is
+  /// stable if this number plus the square of the Courant number is at most 1.
+  double flow_number(const PointView<D> &points, double dt) const;
 
   /// Returns the part of the pore water in the P-wave modulus of a point, K_w/n at zero pressure,
   /// or 0 without water [stress].

@@ -39,6 +39,7 @@ template <int D, template <class> class Array> struct NodeFields {
   Array<Vec<D>> force{};              ///< [force]
   Array<Vec<D>> velocity{};           ///< velocity for the next motion or strains [length/time]
   Array<Vec<D>> velocity_change{};    ///< [length/time]
+  Array<Vec<D>> water_flux{};         ///< volume of water per area and time [length/time]
   Array<double> cell_mean{};          ///< mean over the cell whose lowest node this is (CellMean)
   // impulses for reactions [mass length/time]; body_impulse has the opposite sign of the others
   Array<Vec<D>> side_impulse{};        ///< per axis: of the material on the side across the axis
@@ -68,6 +69,7 @@ template <int D, template <class> class Array> struct NodeFields {
     visit(1, sets.force...);
     visit(1, sets.velocity...);
     visit(1, sets.velocity_change...);
+    visit(step.water.flows(), sets.water_flux...);
     visit(step.mean_dilation, sets.cell_mean...);
     visit(D, sets.side_impulse...);
     visit(step.absorbs ? D : 0, sets.absorbed_impulse...);

@@ -107,6 +107,17 @@ RVE_HD void raise_force_bounds(const StepView<D> &step, int p, const Tensor<D> &
               std::abs(step.trace_with(stress, step.hoop_stress(p))) / step.normal_components());
 }
 
+/// Raises the bounds of the forces on the water of a point (WaterFlow).
+template <int D, class Tally>
+RVE_HD void raise_flow_bounds(const StepView<D> &step, int p, const PointAtStart<D> &point,
+                              Tally &tally)
+{
+  const double weight = step.water.density * largest<D>(point.body_force.component) / point.mass;
+  tally.raise(VolumeBound, point.volume);
+  tally.raise(PressureBound,
+              std::abs(step.pressure_of_water(p, point.volume)) + step.grid.cell_size() * weight);
+}
+
 /// Finds errors and weights of points, bounds of their contributions to nodes, and extents of rigid
 /// bodies.
 template <int D> struct PreparePoint : PointPass<D> {
@@ -152,6 +163,7 @@ template <int D> struct PreparePoint : PointPass<D> {
       raise_force_bounds(step, p, step.total_stress(p, point.stress, point.volume), point.volume,
                          point.body_force.component, tally);
     if (step.mean_dilation) tally.raise(VolumeBound, volume_bound(step, p, point.volume));
+    if (step.has_flow()) raise_flow_bounds(step, p, point, tally);
   }
 
  private:
@@ -285,6 +297,7 @@ template <int D> struct StrainPoint : PointPass<D> {
       volume = points.volume[p] * determinant(increment) * hoop;
       if (!(hoop > 0.0)) tally.error(p, ErrorCode::Inverted);
     }
+    if (step.has_flow()) flow(p, tally);
     points.velocity_gradient[p] = gradient;
     points.deformation_gradient[p] = deformation;
     points.volume[p] = volume;
@@ -296,6 +309,16 @@ template <int D> struct StrainPoint : PointPass<D> {
     if (step.follows())
       for (int a = 0; a < D; ++a)
         tally.raise(BoxBound, deformed_half(step.grid, points.half_size[p], deformation, a));
+  }
+
+ private:
+  /// Changes the water of a point, dV_w = -dt V div q, with its volume at the start of the step.
+  template <class Tally> RVE_HD void flow(int p, Tally &tally) const
+  {
+    double &water = step.points.water.water_volume[p];
+    if (!(water > 0.0)) return;
+    water -= dt * step.points.volume[p] * trace(gathered_gradient(step, p, step.water_flux));
+    if (!(water > 0.0)) tally.error(p, ErrorCode::Dry);
   }
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Pore water of material points: its fields, its pressure and its modulus.
 //
+// Water that flows obeys Darcy's law without its inertia (doc/src/theory_water.rst).
+//
 // A point of saturated ground stores the volume of its water and the volume of its grains. The
 // grains are incompressible, so the pores have the volume V - V_s. The pressure is a function of
 // these volumes alone. It therefore does not drift, and the limit of cavitation is reversible. The
@@ -22,8 +24,19 @@ struct PoreWater {
   /// Largest suction of the water [stress]. Below this pressure the water cavitates and its
   /// pressure is constant.
   double cavitation = std::numeric_limits<double>::infinity();
+  /// Mobility k/(ρ_w g): flux of volume per area over the gradient of the pressure [length⁴/(force
+  /// time)]; 0: the water does not flow. The conductivity k is a velocity.
+  double mobility = 0.0;
+  double density = 0.0;    ///< ρ_w in the weight of water that flows [mass/length³]
+  int impervious = 0;      ///< bit f: no water passes the side f of the grid (Face)
 
   RVE_HD bool exists() const { return modulus > 0.0; }
+  RVE_HD bool flows() const { return mobility > 0.0; }
+  /// True if no water passes a side, given by its axis and its end.
+  RVE_HD bool is_impervious(int axis, bool high) const
+  {
+    return (impervious >> (2 * axis + (high ? 1 : 0)) & 1) != 0;
+  }
   /// Pressure of water that cavitates [stress]; a limit of 0 gives a positive zero.
   RVE_HD double least_pressure() const { return 0.0 - cavitation; }
 };
@@ -31,8 +44,9 @@ struct PoreWater {
 /// Fields of the pore water of points. `Array<T>` holds one field of all points. All arrays are
 /// null if no point has water.
 template <int D, template <class> class Array> struct WaterFields {
-  /// Volume of the water at zero pressure, or 0 at a point without water [length³].
-  Array<const double> water_volume{};
+  /// Volume of the water at zero pressure, or 0 at a point without water [length³]. A step changes
+  /// it if the water flows.
+  Array<double> water_volume{};
   Array<const double> grain_volume{};    ///< volume of the grains V_s [length³]
 
   /// Calls visit(field of each set...) for all fields in the order of the members.

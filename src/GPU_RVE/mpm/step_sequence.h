@@ -270,6 +270,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
   {
     find_cell_means<MeanPressure>();
     sum<Inertia, Force>(true);
+    if (options_.water.flows()) sum<WaterFlow>(false);
     balance();
   }
 

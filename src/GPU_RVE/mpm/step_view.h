@@ -33,7 +33,8 @@ enum class ErrorCode {
   Traction,
   Inverted,
   Radius,
-  Porosity
+  Porosity,
+  Dry
 };
 
 /// Indices of the maxima that passes find. Maxima over deformable points or nodes come first, then
@@ -51,8 +52,9 @@ enum Maximum {
   BoxBound,
   DilationBound,    ///< |tr L| [1/time]
   VolumeBound,      ///< volume of a point, of a ring at r < h times h/r [length³]
-  PressureBound,    ///< |tr σ / D| [stress]
-  ForceBound,       ///< force of a point on a node [force]; last, since the bounds of loads follow
+  /// |tr σ / D|; with water that flows, |p| plus its weight over the height of a cell [stress].
+  PressureBound,
+  ForceBound,    ///< force of a point on a node [force]; last, since the bounds of loads follow
   NUM_MAXIMA
 };
 
@@ -155,6 +157,8 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
     return 0.0;
   }
   RVE_HD bool has_water() const { return points.water.water_volume != nullptr; }
+
+  RVE_HD bool has_flow() const { return has_water() && water.flows(); }
 
   /// Total stress of a point with an effective stress [stress] and a volume [length³].
   RVE_HD Tensor<D> total_stress(int p, const Tensor<D> &effective, double volume) const

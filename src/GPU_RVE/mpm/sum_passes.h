@@ -112,6 +112,56 @@ template <int D> struct Force {
   }
 };
 
+/// Sums of the volume of ground with water, and of the forces on its water per volume of pores,
+/// Σ V p ∇N_I + Σ ρ_w V b N_I, with the pore pressure p and the acceleration b of the body force.
+/// take() finds the flux of Darcy's law at the node, q_I = (k/ρ_w g) (forces)/(volume). The flux is
+/// 0 in still water, also where the porosity changes. A face without a condition has p = 0.
+template <int D> struct WaterFlow {
+  static constexpr SumKind KIND = InertiaSums;
+  static constexpr bool USES_WATER = true;
+  rve::FixedScale volume_scale, scale;
+
+  RVE_HD void begin(const StepView<D> &step)
+  {
+    volume_scale = step.scale(VolumeBound);
+    scale = rve::FixedScale(step.maximum[VolumeBound] * step.maximum[PressureBound] /
+                                step.grid.cell_size(),
+                            step.point_total);
+  }
+  template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
+  {
+    const PointView<D> &points = step.points;
+    if (!(points.water.water_volume[p] > 0.0)) return;
+    const double volume = points.volume[p];
+    const double pressure = step.pressure_of_water(p, volume);
+    const double weight = step.water.density * volume / points.mass[p];
+    const Vec<D> body_force = first_of<D>(points.body_force[p]);
+    each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+      give<KIND>(support, part, volume_scale, volume, sums, 0);
+      const double pressure_volume = pressure * volume * part.share();
+      for (int c = 0; c < D; ++c) {
+        scatter_integer<width_of<D>(KIND)>(
+            support, scale, 0,
+            [&](const NodeIndex<D> &place) { return pressure_volume * support.gradient(place)[c]; },
+            sums, 1 + c);
+        give<KIND>(support, part, scale, weight * body_force[c], sums, 1 + c);
+      }
+    });
+  }
+  RVE_HD void take(const StepView<D> &step, int n) const
+  {
+    const std::int64_t *sums = step.sums_at(KIND, n);
+    const double volume = volume_scale.real(sums[0]);
+    const NodeIndex<D> place = step.grid.place(n);
+    for (int c = 0; c < D; ++c) {
+      const bool is_closed = (place[c] <= 0 && step.water.is_impervious(c, false)) ||
+          (place[c] >= step.grid.cells(c) && step.water.is_impervious(c, true));
+      step.water_flux[n][c] =
+          volume > 0.0 && !is_closed ? step.water.mobility * scale.real(sums[1 + c]) / volume : 0.0;
+    }
+  }
+};
+
 /// Sums of momentum after the motion of the points.
 template <int D> struct MomentumAgain {
   static constexpr SumKind KIND = VectorSums;
