@@ -43,6 +43,8 @@ function(add_lammps_headers folders definitions)
   # SYSTEM: warnings are errors in our code, not in LAMMPS' headers
   target_include_directories(lammps_headers SYSTEM INTERFACE ${folders})
   target_link_libraries(lammps_headers INTERFACE MPI::MPI_CXX)
+  # LAMMPS' errors name their place in the source, FLERR: it starts at src/, so that no binary has the paths of its build
+  target_compile_options(lammps_headers INTERFACE -fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=)
 endfunction()
 
 if(LAMMPS_HEADERS)
