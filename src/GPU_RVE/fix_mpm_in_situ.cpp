@@ -95,14 +95,17 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
   return ground;
 }
 
+template <int D> double MpmGround<D>::density_of_weight(const Points &points, int i) const
+{
+  return setup.density_of(points, i) + water.density_at_start(i) - water.buoyancy_at_start(i);
+}
+
 template <int D>
 std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &made) const
 {
   water.find_porosities(points, made);    // RVEs may have another porosity now
   std::vector<double> values;
-  for (const int i : made)
-    values.push_back(setup.density_of(points, i) + water.density_at_start(i) -
-                     water.buoyancy_at_start(i));
+  for (const int i : made) values.push_back(density_of_weight(points, i));
   return values;
 }
 
@@ -119,8 +122,7 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const
   for (const int i : made) {
     if (setup.given_density(points, i) > 0.0) continue;
     height.push_back(atom->x[i][D - 1]);
-    value.push_back(setup.density_of(points, i) + water.density_at_start(i) -
-                    water.buoyancy_at_start(i));
+    value.push_back(density_of_weight(points, i));
   }
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);

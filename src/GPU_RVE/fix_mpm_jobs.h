@@ -287,7 +287,10 @@ template <int D> class MpmGround : protected Pointers {
   Tensor stress_at(const Points &points, int i, const macro::StressGoal &goal) const;
   macro::GroundAtRest at_rest(const Points &points, const Atoms &made) const;
   Goals goals_by_components(const Atoms &made) const;
-  /// Returns the densities of points with their water, reduced by buoyancy [mass/length^3].
+  /// Returns the density of a new point with its water, reduced by buoyancy [mass/length^3]. Its
+  /// product with gravity is the weight that the effective stress and the water balance.
+  double density_of_weight(const Points &points, int i) const;
+  /// Finds the porosities of new points, and returns their densities of weight [mass/length^3].
   std::vector<double> densities(const Points &points, const Atoms &made) const;
   macro::HeightProfile density_of_grains(const Points &points, const Atoms &made,
                                          const macro::GroundAtRest &ground) const;

@@ -221,12 +221,10 @@ template <int D> void MpmWater<D>::report(const Points &points)
     if (points.rigid_body[i] >= 0 || !(numbers[WATER][i] > 0.0)) continue;
     wet++;
     const double n = volumes(points, i).porosity(), p = pressure(points, i);
-    const double softness = settings().is_submerged()
-        ? 0.0
-        : setup.laws[points.model[i]]->p_wave_modulus(i) /
-            setup.solver->modulus_of_water(points, i);
-    const double consolidation = setup.settings.options.water.mobility *
-        setup.laws[points.model[i]]->p_wave_modulus(i) / (1.0 + softness);
+    const double modulus = setup.laws[points.model[i]]->p_wave_modulus(i);
+    const double softness =
+        settings().is_submerged() ? 0.0 : modulus / setup.solver->modulus_of_water(points, i);
+    const double consolidation = setup.settings.options.water.mobility * modulus / (1.0 + softness);
     const double own[] = {-n, n, -p, p, softness, consolidation};
     for (int k = 0; k < 6; k++) most[k] = std::max(most[k], own[k]);
   }
