@@ -5,6 +5,7 @@
 
 #include "mpm/mohr_coulomb.h"
 #include "scene.h"
+#include "still_water.h"
 
 #include <cmath>
 #include <cstring>
@@ -16,6 +17,7 @@ using mpm::PoreWater;
 using mpm::SideKind;
 using mpm_test::Scene;
 using mpm_test::SceneOf;
+using mpm_test::StillLayers;
 
 namespace {
 
@@ -162,41 +164,18 @@ TEST(Undrained, OedometerSharesTheLoadByTheModuli)
 /// Still water in layers of two porosities. The effective stress carries the submerged weight.
 TEST(Undrained, LayeredColumnUnderItsWeightStaysAtRest)
 {
-  constexpr double GRAVITY = 9.81, WATER = 1000.0, GRAINS = 2650.0, HEIGHT = 4.0, WIDTH = 0.25;
+  const StillLayers layers = {4.0};
   const PoreWater water = {2.2e9};
-  const auto porosity_at = [](double y) { return y < 2.0 ? 0.3 : 0.4; };
-  const auto density_at = [&](double y) {
-    const double n = porosity_at(y);
-    return n * WATER + (1.0 - n) * GRAINS;
-  };
-  // weight per area above y
-  const auto total_at = [&](double y) {
-    const double upper = GRAVITY * density_at(3.0), lower = GRAVITY * density_at(1.0);
-    return y < 2.0 ? 2.0 * upper + (2.0 - y) * lower : (HEIGHT - y) * upper;
-  };
   Scene scene;
-  scene.add_block({{0.0, 0.0}}, {{1.0, HEIGHT}}, WIDTH, 1.0);
-  const auto pressure_at = [&](int p) {
-    return WATER * GRAVITY * (HEIGHT - scene.position[3 * p + 1]);
-  };
-  scene.fill_pores(water, 0.3, pressure_at);
-  for (int p = 0; p < scene.size(); ++p) {
-    const double y = scene.position[3 * p + 1], n = porosity_at(y);
-    scene.mass[p] = density_at(y) * scene.volume[p];
-    scene.body_force[3 * p + 1] = -GRAVITY * scene.mass[p];
-    scene.grain_volume[p] = (1.0 - n) * scene.volume[p];
-    scene.water_volume[p] =
-        mpm::water_volume_at(water, scene.volume[p] - scene.grain_volume[p], pressure_at(p));
-    const double vertical = -(total_at(y) - pressure_at(p));
-    scene.stress[p] = {{0.5 * vertical, 0.0, 0.0, vertical}};
-  }
+  scene.add_block({{0.0, 0.0}}, {{1.0, layers.height}}, 0.25, 1.0);
+  layers.fill(scene, water, 0.5);
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.0, 5.0}}, 0.5);
   options.sides = mpm_test::box_open_above();
   options.water = water;
   mpm::LinearElastic<2> law(YOUNG, POISSON);
   mpm::MpmSolver<2> solver(options);
   solver.set_models({&law});
-  const double weight_of_cell = GRAVITY * density_at(1.0) * 0.25;
+  const double weight_of_cell = StillLayers::GRAVITY * layers.density(1.0) * 0.25;
   const double dt = 0.5 / solver.cfl_number(scene.view(), 1.0);
 
   solver.evaluate(scene.view(), {}, dt);
@@ -205,8 +184,9 @@ TEST(Undrained, LayeredColumnUnderItsWeightStaysAtRest)
   for (int step = 0; step < 500; ++step) solver.step(scene.view(), {}, dt);
 
   for (int p = 0; p < scene.size(); ++p) {
-    EXPECT_LT(std::abs(scene.velocity[3 * p + 1]), 1e-9 * GRAVITY * 500 * dt);
-    EXPECT_NEAR(scene.pore_pressure(water, p), pressure_at(p), 1e-9 * 4e4);
+    EXPECT_LT(std::abs(scene.velocity[3 * p + 1]), 1e-9 * StillLayers::GRAVITY * 500 * dt);
+    EXPECT_NEAR(scene.pore_pressure(water, p), layers.pressure(scene.position[3 * p + 1]),
+                1e-9 * 4e4);
   }
 }
 

@@ -3,6 +3,7 @@
 // downward seepage, the limit of the time step, and messages for wrong options.
 
 #include "scene.h"
+#include "still_water.h"
 
 #include <cmath>
 #include <functional>
@@ -13,6 +14,7 @@
 using mpm::PoreWater;
 using mpm::SideKind;
 using mpm_test::Scene;
+using mpm_test::StillLayers;
 
 namespace {
 
@@ -226,31 +228,12 @@ TEST(Flow, ConservesWaterBetweenImperviousSides)
 /// open base the water flows down under a gradient of one and loses its pressure.
 TEST(Flow, LayersStayAtRestUntilTheirBaseIsOpened)
 {
-  constexpr double HEIGHT = 1.0, GRAINS = 2650.0, CONDUCTIVITY = 1e-3;
-  const auto porosity_at = [](double y) { return y < 0.5 ? 0.3 : 0.4; };
-  const auto density_at = [&](double y) {
-    const double n = porosity_at(y);
-    return n * WATER + (1.0 - n) * GRAINS;
-  };
+  const StillLayers layers = {1.0};
   for (const bool is_open : {false, true}) {
-    PoreWater water = water_of(20.0, CONDUCTIVITY);
+    PoreWater water = water_of(20.0, 1e-3);
     if (is_open) water.impervious &= ~BASE;
-    Scene scene = ground(HEIGHT, 0.0);
-    const auto pressure_at = [&](int p) {
-      return WATER * GRAVITY * (HEIGHT - scene.position[3 * p + 1]);
-    };
-    scene.fill_pores(water, 0.3, pressure_at);
-    for (int p = 0; p < scene.size(); ++p) {
-      const double y = scene.position[3 * p + 1], n = porosity_at(y);
-      scene.mass[p] = density_at(y) * scene.volume[p];
-      scene.body_force[3 * p + 1] = -GRAVITY * scene.mass[p];
-      scene.grain_volume[p] = (1.0 - n) * scene.volume[p];
-      scene.water_volume[p] =
-          mpm::water_volume_at(water, scene.volume[p] - scene.grain_volume[p], pressure_at(p));
-      const double above = y < 0.5 ? 0.5 * density_at(0.8) + (0.5 - y) * density_at(0.2)
-                                   : (HEIGHT - y) * density_at(0.8);
-      scene.stress[p](1, 1) = pressure_at(p) - GRAVITY * above;
-    }
+    Scene scene = ground(layers.height, 0.0);
+    layers.fill(scene, water, 0.0);
     const std::vector<double> full = scene.water_volume;
     mpm::SolverOptions<2> options = box_with(water, 1.5);
     options.damping = 0.3;
@@ -264,11 +247,11 @@ TEST(Flow, LayersStayAtRestUntilTheirBaseIsOpened)
 
     constexpr int ROW = 8;    // points of a row, two rows per cell
     for (int p = 0; p < scene.size(); ++p) {
-      const double still = WATER * GRAVITY * (HEIGHT - start.position[3 * p + 1]);
+      const double still = layers.pressure(start.position[3 * p + 1]);
       if (is_open && p / ROW % 2 == 0) {
         const double mean =
             0.5 * (scene.pore_pressure(water, p) + scene.pore_pressure(water, p + ROW));
-        EXPECT_LT(std::abs(mean), 0.01 * WATER * GRAVITY * HEIGHT);
+        EXPECT_LT(std::abs(mean), 0.01 * layers.pressure(0.0));
       } else if (!is_open) {
         EXPECT_NEAR(scene.pore_pressure(water, p), still, 1e-9 * WATER * GRAVITY);
         EXPECT_LT(std::abs(scene.velocity[3 * p + 1]), 1e-9 * GRAVITY * 1000 * dt);
